@@ -1,0 +1,72 @@
+//! The depth test: what a pixel's depth is compared with, and how.
+
+/// How a pixel's depth is compared with the stored one; it passes if `new (op) stored` holds.
+/// A NaN in the buffer passes only [`NotEqual`](Self::NotEqual) and [`Always`](Self::Always).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Compare {
+    /// Nothing passes.
+    Never,
+    /// new < stored. With depth cleared to 1: the usual test of "standard" depth.
+    Less,
+    /// new == stored.
+    Equal,
+    /// new <= stored.
+    LessEqual,
+    /// new > stored. With depth cleared to 0: the usual test of reversed depth.
+    Greater,
+    /// new != stored.
+    NotEqual,
+    /// new >= stored.
+    GreaterEqual,
+    /// Everything passes.
+    Always,
+}
+
+impl Compare {
+    /// Does `new` pass against `stored`?
+    #[inline]
+    pub fn passes(self, new: f32, stored: f32) -> bool {
+        match self {
+            Self::Never => false,
+            Self::Less => new < stored,
+            Self::Equal => new == stored,
+            Self::LessEqual => new <= stored,
+            Self::Greater => new > stored,
+            Self::NotEqual => new != stored,
+            Self::GreaterEqual => new >= stored,
+            Self::Always => true,
+        }
+    }
+}
+
+/// What is stored and compared as depth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum DepthSource {
+    /// z/w (or (z/w + 1)/2, see [`DepthRange`](crate::space::DepthRange)), in 0..=1.
+    #[default]
+    Z,
+    /// 1/w: larger is nearer. It is interpolated anyway, so no z is set up at all.
+    InvW,
+}
+
+/// The depth test of a draw call.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct DepthTest {
+    /// What passes.
+    pub compare: Compare,
+    /// Is the depth of a pixel that passes (and that the shader keeps) stored?
+    pub write: bool,
+    /// What depth is.
+    pub source: DepthSource,
+}
+
+impl DepthTest {
+    /// Near is 0, clear to 1, nearer wins, equal keeps the first.
+    pub const STANDARD: Self = Self { compare: Compare::Less, write: true, source: DepthSource::Z };
+    /// Near is 1, clear to 0, nearer wins, equal keeps the first.
+    pub const REVERSED: Self =
+        Self { compare: Compare::Greater, write: true, source: DepthSource::Z };
+    /// Depth is 1/w, clear to 0, nearer wins, equal keeps the first.
+    pub const INV_W: Self =
+        Self { compare: Compare::Greater, write: true, source: DepthSource::InvW };
+}

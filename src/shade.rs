@@ -1,0 +1,187 @@
+//! Shaders: what turns a pixel's interpolated values into what is stored.
+//!
+//! A closure over a [`Fragment`] is a shader; who wants speed implements [`Shader`] on a type of
+//! his own and gets [`Block`]s of 16 pixels, as structure of arrays. Both are compiled into the
+//! loop: there is no call per pixel.
+
+/// Pixels in a block: columns `x .. x + 16` of one row, `x` a multiple of 16.
+pub const BLOCK: usize = 16;
+
+/// Which of a block's values a shader reads; what it does not read is not computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Inputs {
+    /// [`Block::depth`].
+    pub depth: bool,
+    /// [`Block::inv_w`].
+    pub inv_w: bool,
+    /// [`Block::w`].
+    pub w: bool,
+    /// The first so many attributes.
+    pub attributes: usize,
+}
+
+impl Inputs {
+    /// Everything.
+    pub const ALL: Self = Self { depth: true, inv_w: true, w: true, attributes: usize::MAX };
+    /// Nothing but which pixels are covered.
+    pub const COVERAGE: Self = Self { depth: false, inv_w: false, w: false, attributes: 0 };
+    /// The first `n` attributes.
+    pub const fn attributes(n: usize) -> Self {
+        Self { attributes: n, ..Self::COVERAGE }
+    }
+}
+
+/// 16 pixels of one row. Lanes whose bit is not set in `mask` hold unspecified finite or
+/// non-finite numbers; so does what [`Shader::INPUTS`] does not ask for.
+#[derive(Debug)]
+pub struct Block<'a> {
+    /// Framebuffer column of lane 0; a multiple of 16, possibly negative.
+    pub x: i32,
+    /// Framebuffer row.
+    pub y: i32,
+    /// Bit `i`: lane `i` is covered and passed the depth test.
+    pub mask: u16,
+    /// z/w in 0..=1; see [`DepthRange`](crate::space::DepthRange).
+    pub depth: &'a [f32; BLOCK],
+    /// 1/w.
+    pub inv_w: &'a [f32; BLOCK],
+    /// w: with a perspective camera the distance along the view axis.
+    pub w: &'a [f32; BLOCK],
+    /// The attributes, one array of 16 lanes for each.
+    pub attributes: &'a [[f32; BLOCK]],
+}
+
+/// One pixel, as a closure sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Fragment<'a> {
+    block: &'a Block<'a>,
+    lane: usize,
+}
+
+impl Fragment<'_> {
+    /// Framebuffer column.
+    #[inline]
+    pub fn x(&self) -> i32 {
+        #[expect(
+            clippy::cast_possible_wrap,
+            clippy::cast_possible_truncation,
+            reason = "a lane is below 16"
+        )]
+        let lane = self.lane as i32;
+        self.block.x + lane
+    }
+
+    /// Framebuffer row.
+    #[inline]
+    pub fn y(&self) -> i32 {
+        self.block.y
+    }
+
+    /// z/w in 0..=1; see [`DepthRange`](crate::space::DepthRange).
+    #[inline]
+    pub fn depth(&self) -> f32 {
+        self.block.depth[self.lane]
+    }
+
+    /// 1/w.
+    #[inline]
+    pub fn inv_w(&self) -> f32 {
+        self.block.inv_w[self.lane]
+    }
+
+    /// w: with a perspective camera the distance along the view axis.
+    #[inline]
+    pub fn w(&self) -> f32 {
+        self.block.w[self.lane]
+    }
+
+    /// Attribute `k`; NaN for one that the polygon does not have.
+    #[inline]
+    pub fn attribute(&self, k: usize) -> f32 {
+        self.block.attributes.get(k).map_or(crate::varying::CANONICAL_NAN, |lanes| lanes[self.lane])
+    }
+
+    /// The number of attributes.
+    #[inline]
+    pub fn attribute_count(&self) -> usize {
+        self.block.attributes.len()
+    }
+}
+
+/// Turns blocks of 16 pixels into what a target stores.
+pub trait Shader {
+    /// What it makes of a pixel; see [`Target::Pixel`](crate::target::Target::Pixel).
+    type Pixel: Copy + Default;
+
+    /// What it reads.
+    const INPUTS: Inputs = Inputs::ALL;
+
+    /// Shades the lanes that are set in `block.mask` into `out`, and returns the mask of those
+    /// to keep: a lane that is left out is discarded, with its depth. Bits beyond `block.mask`
+    /// are ignored.
+    fn shade(&mut self, block: &Block<'_>, out: &mut [Self::Pixel; BLOCK]) -> u16;
+}
+
+/// A closure that is called for each pixel that passes.
+impl<P: Copy + Default, F: FnMut(&Fragment<'_>) -> P> Shader for F {
+    type Pixel = P;
+
+    #[inline]
+    fn shade(&mut self, block: &Block<'_>, out: &mut [P; BLOCK]) -> u16 {
+        let mut left = block.mask;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            out[lane] = self(&Fragment { block, lane });
+        }
+        block.mask
+    }
+}
+
+/// The same pixel all over: a colour, or an id.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Solid<P>(pub P);
+
+impl<P: Copy + Default> Shader for Solid<P> {
+    type Pixel = P;
+    const INPUTS: Inputs = Inputs::COVERAGE;
+
+    #[inline]
+    fn shade(&mut self, block: &Block<'_>, out: &mut [P; BLOCK]) -> u16 {
+        out.fill(self.0);
+        block.mask
+    }
+}
+
+/// 255 `value`, clamped to 0..=255, rounded half to even; NaN is 0.
+#[inline]
+pub fn unorm8(value: f32) -> u8 {
+    // Not `clamp`: a NaN must become 0. The sum rounds to a whole number, half to even.
+    const WHOLE: f32 = 8_388_608.0;
+    let scaled = 255.0 * value;
+    let scaled = if scaled > 0.0 { scaled } else { 0.0 };
+    let scaled = if scaled < 255.0 { scaled } else { 255.0 };
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=255")]
+    let whole = ((scaled + WHOLE) - WHOLE) as u8;
+    whole
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_round_half_to_even() {
+        assert_eq!(
+            [f32::NAN, -1.0, -0.0, 0.0, 1.0, 2.0, f32::INFINITY].map(unorm8),
+            [0, 0, 0, 0, 255, 255, 255]
+        );
+        assert_eq!(
+            [0.5 / 255.0, 1.5 / 255.0, 2.5 / 255.0].map(|c: f32| (255.0 * c, unorm8(c)).1),
+            [0, 2, 2]
+        );
+        for byte in 0..=255_u8 {
+            assert_eq!(unorm8(f32::from(byte) / 255.0), byte);
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! Targets: where pixels go. Anything that can store a run of pixels.
+
+use crate::error::Error;
+
+/// Stores pixels. Column 0, row 0 is the upper left one; where it lies in the framebuffer is
+/// the tiler's business ([`Tiler::set_origin`](crate::tiler::Tiler::set_origin)).
+///
+/// Pairs and triples of targets are targets, of pairs and triples of pixels: several are drawn
+/// at once. `()` stores nothing and has no bounds: it leaves depth only.
+pub trait Target {
+    /// What a shader hands over for a pixel.
+    type Pixel: Copy + Default;
+
+    /// (width, height) in pixels; nothing is written beyond.
+    fn size(&self) -> (u32, u32);
+
+    /// Stores `run` at columns `x ..` of row `y`: at least one pixel, 16 at most, all within
+    /// `size()`. No other pixel may be touched.
+    fn write(&mut self, x: u32, y: u32, run: &[Self::Pixel]);
+}
+
+/// Rows of pixels, borrowed from the caller: a picture, depth, ids. Row `r` begins at element
+/// `r * stride`.
+#[derive(Debug)]
+pub struct Plane<'a, P> {
+    data: &'a mut [P],
+    width: u32,
+    height: u32,
+    stride: usize,
+}
+
+/// A plane of depths: see [`DepthTest`](crate::depth::DepthTest).
+pub type DepthBuffer<'a> = Plane<'a, f32>;
+
+impl<'a, P: Copy> Plane<'a, P> {
+    /// Rows of `width` pixels, one after the other.
+    ///
+    /// # Errors
+    /// [`Error::PlaneTooShort`] if `data` has fewer than `width * height` elements.
+    pub fn new(data: &'a mut [P], width: u32, height: u32) -> Result<Self, Error> {
+        Self::with_stride(data, width, height, width as usize)
+    }
+
+    /// Rows of `width` pixels, `stride` elements from one to the next; what lies between is
+    /// never touched.
+    ///
+    /// # Errors
+    /// [`Error::StrideTooSmall`] if `stride < width`, [`Error::PlaneTooShort`] if the last row
+    /// reaches beyond `data`.
+    pub fn with_stride(
+        data: &'a mut [P],
+        width: u32,
+        height: u32,
+        stride: usize,
+    ) -> Result<Self, Error> {
+        if stride < width as usize {
+            return Err(Error::StrideTooSmall { needed: width as usize, given: stride });
+        }
+        let needed = match height as usize {
+            0 => 0,
+            h => (h - 1).saturating_mul(stride).saturating_add(width as usize),
+        };
+        if data.len() < needed {
+            return Err(Error::PlaneTooShort { needed, given: data.len() });
+        }
+        Ok(Self { data, width, height, stride })
+    }
+
+    /// (width, height) in pixels.
+    pub fn dimensions(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    /// Row `y`, below the height: `width` pixels.
+    #[inline]
+    pub fn row(&self, y: u32) -> &[P] {
+        let start = y as usize * self.stride;
+        &self.data[start..start + self.width as usize]
+    }
+
+    /// Row `y`, below the height: `width` pixels.
+    #[inline]
+    pub fn row_mut(&mut self, y: u32) -> &mut [P] {
+        let start = y as usize * self.stride;
+        &mut self.data[start..start + self.width as usize]
+    }
+
+    /// Sets every pixel, and nothing between the rows.
+    pub fn clear(&mut self, pixel: P) {
+        for y in 0..self.height {
+            self.row_mut(y).fill(pixel);
+        }
+    }
+}
+
+impl<'a> Plane<'a, [u8; 4]> {
+    /// RGBA8 out of bytes: `4 * width * height` of them.
+    ///
+    /// # Errors
+    /// [`Error::PlaneTooShort`] if there are fewer.
+    pub fn from_bytes(bytes: &'a mut [u8], width: u32, height: u32) -> Result<Self, Error> {
+        Self::new(bytes.as_chunks_mut().0, width, height)
+    }
+}
+
+#[cfg(feature = "image")]
+impl<'a> From<&'a mut image::RgbaImage> for Plane<'a, [u8; 4]> {
+    fn from(picture: &'a mut image::RgbaImage) -> Self {
+        let (width, height) = picture.dimensions();
+        Self { data: picture.as_chunks_mut().0, width, height, stride: width as usize }
+    }
+}
+
+#[cfg(feature = "image")]
+impl<'a> From<&'a mut image::ImageBuffer<image::Luma<f32>, alloc::vec::Vec<f32>>>
+    for Plane<'a, f32>
+{
+    fn from(picture: &'a mut image::ImageBuffer<image::Luma<f32>, alloc::vec::Vec<f32>>) -> Self {
+        let (width, height) = picture.dimensions();
+        Self { data: picture, width, height, stride: width as usize }
+    }
+}
+
+impl<P: Copy + Default> Target for Plane<'_, P> {
+    type Pixel = P;
+
+    fn size(&self) -> (u32, u32) {
+        self.dimensions()
+    }
+
+    #[inline]
+    fn write(&mut self, x: u32, y: u32, run: &[P]) {
+        let x = x as usize;
+        self.row_mut(y)[x..x + run.len()].copy_from_slice(run);
+    }
+}
+
+impl Target for () {
+    type Pixel = ();
+
+    fn size(&self) -> (u32, u32) {
+        (u32::MAX, u32::MAX)
+    }
+
+    #[inline]
+    fn write(&mut self, _x: u32, _y: u32, _run: &[()]) {}
+}
+
+impl<T: Target + ?Sized> Target for &mut T {
+    type Pixel = T::Pixel;
+
+    fn size(&self) -> (u32, u32) {
+        (**self).size()
+    }
+
+    #[inline]
+    fn write(&mut self, x: u32, y: u32, run: &[T::Pixel]) {
+        (**self).write(x, y, run);
+    }
+}
+
+macro_rules! tuple_target {
+    ($($name:ident $i:tt),+) => {
+        impl<$($name: Target),+> Target for ($($name,)+) {
+            type Pixel = ($($name::Pixel,)+);
+
+            /// What all of them have.
+            fn size(&self) -> (u32, u32) {
+                let sizes = [$(self.$i.size()),+];
+                sizes.iter().fold((u32::MAX, u32::MAX), |a, b| (a.0.min(b.0), a.1.min(b.1)))
+            }
+
+            #[inline]
+            fn write(&mut self, x: u32, y: u32, run: &[Self::Pixel]) {
+                $(
+                    let mut part = [$name::Pixel::default(); crate::shade::BLOCK];
+                    for (to, from) in part.iter_mut().zip(run) {
+                        *to = from.$i;
+                    }
+                    self.$i.write(x, y, &part[..run.len()]);
+                )+
+            }
+        }
+    };
+}
+
+tuple_target!(A 0, B 1);
+tuple_target!(A 0, B 1, C 2);
+tuple_target!(A 0, B 1, C 2, D 3);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn planes_check_their_rows_and_leave_gaps_alone() {
+        let mut data = [0_u32; 8];
+        assert!(Plane::with_stride(&mut data, 3, 3, 4).is_err());
+        assert!(Plane::with_stride(&mut data, 3, 1, 2).is_err());
+        assert!(Plane::new(&mut data, 0, 0).is_ok());
+        Plane::with_stride(&mut data, 3, 2, 4).expect("7 of 8 elements").clear(7);
+        assert_eq!(data, [7, 7, 7, 0, 7, 7, 7, 0]);
+    }
+
+    #[test]
+    fn targets_in_a_tuple_are_written_together() {
+        let (mut a, mut b) = ([0_u8; 4], [0_u32; 4]);
+        let planes = (Plane::new(&mut a, 4, 1), Plane::new(&mut b, 2, 2));
+        let mut both = (planes.0.expect("4 x 1"), planes.1.expect("2 x 2"));
+        assert_eq!(both.size(), (2, 1));
+        both.write(1, 0, &[(9, 8)]);
+        assert_eq!((a, b), ([0, 9, 0, 0], [0, 8, 0, 0]));
+    }
+}
