@@ -1,0 +1,304 @@
+//! P2: the right value at a pixel of a flat polygon, through the inverse of the transform.
+//!
+//! The centre of the pixel goes back to normalised device coordinates (X, Y, 1), and these, as
+//! M (la, lb, lc), to weights of three vertices; M has the columns p = (x, y, w) of the three.
+//! Everything follows: 1/w = sum l, z/w = sum l z, s = sum l s / sum l. All in rationals.
+
+use hyperspan::space::{DepthRange, Viewport};
+use hyperspan::varying::{CANONICAL_NAN, Interpolation};
+
+use super::Poly;
+use super::clipper::{self, Corner};
+use super::exact::{Q, fraction, power_of_two, q, round_to_f32, sum};
+
+type Vector = [Q; 3];
+
+fn cross(a: &Vector, b: &Vector) -> Vector {
+    let minor = |i: usize, j: usize| &a[i] * &b[j] - &a[j] * &b[i];
+    [minor(1, 2), minor(2, 0), minor(0, 1)]
+}
+
+fn dot(a: &Vector, b: &Vector) -> Q {
+    &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
+}
+
+fn magnitude(value: Q) -> Q {
+    if value < Q::ZERO { -value } else { value }
+}
+
+/// (least, greatest).
+fn range(values: &[Q]) -> (Q, Q) {
+    let extreme = |least: bool| values.iter().reduce(|a, b| if (b < a) == least { b } else { a });
+    let take = |least: bool| extreme(least).expect("a value").clone();
+    (take(true), take(false))
+}
+
+fn clamp(value: Q, (low, high): &(Q, Q)) -> Q {
+    value.max(low.clone()).min(high.clone())
+}
+
+/// The right values of one polygon, at every pixel.
+pub(crate) struct Plane {
+    positions: Vec<[Q; 4]>,
+    viewport: Viewport,
+    /// Vertices a, b, c of P2.
+    triple: [usize; 3],
+    /// det M, and the rows of its adjugate: M^-1 = adjugate / determinant.
+    determinant: Q,
+    adjugate: [Vector; 3],
+    flat: bool,
+    depth_affine: bool,
+    attributes: Vec<Attribute>,
+    /// What is left within the planes, without corners at w = 0, and the range of 1/w there.
+    clipped: Vec<Corner>,
+    inv_w_range: (Q, Q),
+}
+
+/// What an attribute is over a polygon.
+enum Attribute {
+    /// The same all over.
+    Same(f32),
+    /// Affine on the plane, or, if `linear`, in the framebuffer.
+    Affine { values: Vec<Q>, range: (Q, Q), linear: bool },
+    /// Not defined by the plane.
+    Other,
+}
+
+impl Plane {
+    /// The oracle of a polygon of at least three vertices, all finite. Attributes beyond the
+    /// list of interpolations have perspective.
+    pub(crate) fn new(poly: &Poly, viewport: Viewport, listed: &[Interpolation]) -> Self {
+        let positions: Vec<[Q; 4]> = poly.positions.iter().map(|p| p.map(q)).collect();
+        let points: Vec<Vector> = positions.iter().map(in_plane).collect();
+        let triple = choose(poly, &points);
+        let [a, b, c] = triple.map(|i| &points[i]);
+        let determinant = dot(a, &cross(b, c));
+        let adjugate = [cross(b, c), cross(c, a), cross(a, b)];
+        let flat = points.len() == 3 || is_flat(&points, &adjugate, &determinant);
+        let mut clipped = clipper::clip(poly, &clipper::planes(viewport));
+        clipped.retain(|corner| corner.position[3] != Q::ZERO);
+        let mut inv_w: Vec<Q> = clipped.iter().map(|c| Q::ONE / &c.position[3]).collect();
+        inv_w.extend(clipped.is_empty().then_some(Q::ONE));
+        let mut plane = Self {
+            positions,
+            viewport,
+            triple,
+            determinant,
+            adjugate,
+            flat,
+            depth_affine: false,
+            attributes: Vec::new(),
+            clipped,
+            inv_w_range: range(&inv_w),
+        };
+        let z: Vec<Q> = plane.positions.iter().map(|p| p[2].clone()).collect();
+        plane.depth_affine = plane.is_affine(&z, false);
+        for k in 0..poly.attributes[0].len() {
+            let given: Vec<f32> = poly.attributes.iter().map(|a| a[k]).collect();
+            let mode = listed.get(k).copied().unwrap_or_default();
+            plane.attributes.push(plane.judge(&given, mode));
+        }
+        plane
+    }
+
+    /// Is the polygon flat by P2's rule?
+    pub(crate) fn is_flat(&self) -> bool {
+        self.flat
+    }
+
+    /// Is its plane seen from the side?
+    pub(crate) fn is_edge_on(&self) -> bool {
+        self.determinant == Q::ZERO
+    }
+
+    fn judge(&self, given: &[f32], mode: Interpolation) -> Attribute {
+        let canonical = |s: f32| if s.is_nan() { CANONICAL_NAN } else { s };
+        let same = given.iter().all(|s| s.to_bits() == given[0].to_bits());
+        if mode == Interpolation::Flat || same {
+            return Attribute::Same(canonical(given[0]));
+        }
+        if given.iter().any(|s| s.is_nan()) {
+            return Attribute::Same(CANONICAL_NAN);
+        }
+        if given.iter().any(|s| s.is_infinite()) {
+            return Attribute::Other;
+        }
+        let values: Vec<Q> = given.iter().map(|s| q(f64::from(*s))).collect();
+        let linear = mode == Interpolation::NoPerspective;
+        let in_front = self.positions.iter().all(|p| p[3] > Q::ZERO);
+        if linear && (!in_front || self.is_edge_on()) || !self.is_affine(&values, linear) {
+            return Attribute::Other;
+        }
+        Attribute::Affine { range: range(&values), values, linear }
+    }
+
+    /// Do the values at the vertices belong to an affine function on the plane (or, if `linear`,
+    /// in the framebuffer)? Every one must lie within 2^-10 of their range from the function
+    /// through the triple.
+    fn is_affine(&self, values: &[Q], linear: bool) -> bool {
+        if !self.flat || values.len() == 3 || self.is_edge_on() {
+            return self.flat;
+        }
+        let (low, high) = range(values);
+        let tolerance = power_of_two(-10) * (high - low);
+        self.positions.iter().zip(values).all(|(p, value)| {
+            let [x, y, w] = in_plane(p);
+            let weights = if linear {
+                self.in_framebuffer(&self.weights(&[x / &w, y / &w, Q::ONE]))
+            } else {
+                self.weights(&[x, y, w])
+            };
+            magnitude(self.sum(&weights, values) - value) <= tolerance
+        })
+    }
+
+    /// M^-1 p.
+    fn weights(&self, p: &Vector) -> Vector {
+        [0, 1, 2].map(|k| dot(&self.adjugate[k], p) / &self.determinant)
+    }
+
+    /// Weights that interpolate linearly in the framebuffer, from those at a point with w = 1.
+    fn in_framebuffer(&self, weights: &Vector) -> Vector {
+        [0, 1, 2].map(|k| &weights[k] * &self.positions[self.triple[k]][3])
+    }
+
+    fn sum(&self, weights: &Vector, values: &[Q]) -> Q {
+        sum((0..3).map(|k| &weights[k] * &values[self.triple[k]]))
+    }
+
+    /// The values at the centre of pixel (`x`, `y`).
+    pub(crate) fn at(&self, x: i32, y: i32) -> At<'_> {
+        let (vx, vy) = (i64::from(self.viewport.rect().x0), i64::from(self.viewport.rect().y0));
+        let (width, height) = (i64::from(self.viewport.width()), i64::from(self.viewport.height()));
+        // ((x + 1/2) - (vx + W/2)) / (W/2), and downwards ((vy + H/2) - (y + 1/2)) / (H/2).
+        let ndc = [
+            fraction(2 * i64::from(x) + 1 - 2 * vx - width, width),
+            fraction(2 * vy + height - 2 * i64::from(y) - 1, height),
+            Q::ONE,
+        ];
+        if !self.is_edge_on() {
+            let weights = self.weights(&ndc);
+            if &weights[0] + &weights[1] + &weights[2] > Q::ZERO {
+                return At { plane: self, place: Place::Weights(weights) };
+            }
+        }
+        let nearest = self.nearest(x, y).expect("something of the polygon is left");
+        At { plane: self, place: Place::Corner(nearest) }
+    }
+
+    /// The clipped vertex that is nearest to the centre of pixel (`x`, `y`).
+    fn nearest(&self, x: i32, y: i32) -> Option<&Corner> {
+        let centre = [x, y].map(|c| fraction(2 * i64::from(c) + 1, 2));
+        self.clipped.iter().min_by_key(|corner| {
+            let place = corner.framebuffer(self.viewport).expect("w > 0");
+            let d = [0, 1].map(|i| &place[i] - &centre[i]);
+            &d[0] * &d[0] + &d[1] * &d[1]
+        })
+    }
+}
+
+fn in_plane([x, y, _, w]: &[Q; 4]) -> Vector {
+    [x.clone(), y.clone(), w.clone()]
+}
+
+/// (a, b, c): the least vertex, the one that maximises |a x p|, the one that maximises
+/// |det(a, b, p)|; ties to the least.
+fn choose(poly: &Poly, points: &[Vector]) -> [usize; 3] {
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    let key = |i: usize| {
+        let attributes = poly.attributes[i].iter().map(|s| f64::from(*s));
+        poly.positions[i].into_iter().chain(attributes).collect::<Vec<_>>()
+    };
+    order.sort_by(|&i, &j| key(i).partial_cmp(&key(j)).unwrap_or(std::cmp::Ordering::Equal));
+    // The first of the largest, in this order.
+    let largest = |size: &dyn Fn(usize) -> Q| {
+        let sizes = order.iter().map(|&i| (i, size(i)));
+        sizes.reduce(|best, next| if next.1 > best.1 { next } else { best }).expect("a vertex").0
+    };
+    let a = order[0];
+    let b = largest(&|i| {
+        let normal = cross(&points[a], &points[i]);
+        dot(&normal, &normal)
+    });
+    let c = largest(&|i| magnitude(dot(&cross(&points[a], &points[b]), &points[i])));
+    [a, b, c]
+}
+
+/// Is every vertex within 2^-10 of the diameter of the plane through the triple?
+fn is_flat(points: &[Vector], adjugate: &[Vector; 3], determinant: &Q) -> bool {
+    let normal = [0, 1, 2].map(|i| &adjugate[0][i] + &adjugate[1][i] + &adjugate[2][i]);
+    let diagonal = [0, 1, 2].map(|i| {
+        let (low, high) = range(&points.iter().map(|p| p[i].clone()).collect::<Vec<_>>());
+        high - low
+    });
+    let most = power_of_two(-20) * dot(&diagonal, &diagonal) * dot(&normal, &normal);
+    // The distance times |normal|, squared.
+    let off = |p: &Vector| dot(&normal, p) - determinant;
+    points.iter().all(|p| &off(p) * &off(p) <= most)
+}
+
+/// The right values at one pixel; `None` where the plane does not define them.
+pub(crate) struct At<'a> {
+    plane: &'a Plane,
+    place: Place<'a>,
+}
+
+enum Place<'a> {
+    /// M^-1 of the pixel's centre.
+    Weights(Vector),
+    /// The plane is edge-on or 1/w <= 0 here: the nearest clipped vertex.
+    Corner(&'a Corner),
+}
+
+impl At<'_> {
+    fn exact_inv_w(&self) -> Option<Q> {
+        let inv_w = match &self.place {
+            Place::Weights(l) => &l[0] + &l[1] + &l[2],
+            Place::Corner(corner) => Q::ONE / &corner.position[3],
+        };
+        self.plane.flat.then(|| clamp(inv_w, &self.plane.inv_w_range))
+    }
+
+    /// 1/w.
+    pub(crate) fn inv_w(&self) -> Option<f32> {
+        Some(round_to_f32(&self.exact_inv_w()?))
+    }
+
+    /// w.
+    pub(crate) fn w(&self) -> Option<f32> {
+        Some(round_to_f32(&(Q::ONE / self.exact_inv_w()?)))
+    }
+
+    /// z/w, or (z/w + 1)/2.
+    pub(crate) fn depth(&self) -> Option<f32> {
+        if !self.plane.depth_affine {
+            return None;
+        }
+        let numerator = |p: &[Q; 4]| match self.plane.viewport.depth_range() {
+            DepthRange::ZeroToOne => p[2].clone(),
+            DepthRange::MinusOneToOne => (&p[2] + &p[3]) / q(2.0),
+        };
+        let values: Vec<Q> = self.plane.positions.iter().map(numerator).collect();
+        let depth = match &self.place {
+            Place::Weights(l) => self.plane.sum(l, &values),
+            Place::Corner(corner) => numerator(&corner.position) / &corner.position[3],
+        };
+        Some(round_to_f32(&clamp(depth, &(Q::ZERO, Q::ONE))))
+    }
+
+    /// Attribute `k`.
+    pub(crate) fn attribute(&self, k: usize) -> Option<f32> {
+        let (values, range, linear) = match &self.plane.attributes[k] {
+            Attribute::Same(value) => return Some(*value),
+            Attribute::Other => return None,
+            Attribute::Affine { values, range, linear } => (values, range, *linear),
+        };
+        let mean = match &self.place {
+            Place::Weights(l) if linear => self.plane.sum(&self.plane.in_framebuffer(l), values),
+            Place::Weights(l) => self.plane.sum(l, values) / (&l[0] + &l[1] + &l[2]),
+            Place::Corner(_) if linear => return None,
+            Place::Corner(corner) => corner.mean(values),
+        };
+        Some(round_to_f32(&clamp(mean, range)))
+    }
+}

@@ -1,0 +1,129 @@
+//! Draws with the library and records what arrives.
+
+use std::collections::BTreeMap;
+
+use hyperspan::polygon::Polygon;
+use hyperspan::shade::Fragment;
+use hyperspan::space::{PixelRect, Viewport};
+use hyperspan::stats::Stats;
+use hyperspan::target::Target;
+use hyperspan::tiler::{Outcome, Precision, Tiler};
+use hyperspan::varying::Interpolation;
+
+use super::Poly;
+
+/// A target that keeps what it is given, and panics if a pixel is written twice or lies outside.
+#[derive(Debug)]
+pub(crate) struct Sheet<P> {
+    width: u32,
+    height: u32,
+    /// Row by row.
+    pub(crate) pixels: Vec<Option<P>>,
+}
+
+impl<P: Copy> Sheet<P> {
+    pub(crate) fn new(width: u32, height: u32) -> Self {
+        Self { width, height, pixels: vec![None; width as usize * height as usize] }
+    }
+}
+
+impl<P: Copy + Default> Target for Sheet<P> {
+    type Pixel = P;
+
+    fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    fn write(&mut self, x: u32, y: u32, run: &[P]) {
+        assert!((1..=16).contains(&run.len()), "a run of {} pixels", run.len());
+        for (x, pixel) in (x..).zip(run) {
+            assert!(x < self.width && y < self.height, "({x}, {y}) lies outside the target");
+            let place = &mut self.pixels[y as usize * self.width as usize + x as usize];
+            assert!(place.replace(*pixel).is_none(), "({x}, {y}) is drawn twice");
+        }
+    }
+}
+
+/// Everything that a shader sees of a pixel, as bits.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Seen {
+    pub(crate) depth: u32,
+    pub(crate) inv_w: u32,
+    pub(crate) w: u32,
+    pub(crate) attributes: Vec<u32>,
+}
+
+/// Pixels by (row, column) in the framebuffer.
+pub(crate) type Picture = BTreeMap<(i32, i32), Seen>;
+
+/// What to draw through.
+#[derive(Clone, Debug)]
+pub(crate) struct View {
+    pub(crate) viewport: Viewport,
+    /// The pixels of the target.
+    pub(crate) window: PixelRect,
+    pub(crate) interpolation: Vec<Interpolation>,
+}
+
+impl View {
+    /// A target of the viewport's size and place.
+    pub(crate) fn whole(viewport: Viewport) -> Self {
+        Self { viewport, window: viewport.rect(), interpolation: Vec::new() }
+    }
+
+    /// The pixels that may be drawn.
+    pub(crate) fn visible(&self) -> PixelRect {
+        self.viewport.rect().intersect(self.window)
+    }
+
+    /// A tiler for it, in `Exact`.
+    pub(crate) fn tiler(&self) -> Tiler {
+        let mut tiler = Tiler::new(self.viewport);
+        tiler
+            .set_origin(self.window.x0, self.window.y0)
+            .set_precision(Precision::Exact)
+            .set_interpolation(&self.interpolation);
+        tiler
+    }
+
+    /// (width, height) of the target.
+    pub(crate) fn size(&self) -> (u32, u32) {
+        let side = |from: i32, to: i32| u32::try_from(to - from).expect("a window");
+        (side(self.window.x0, self.window.x1), side(self.window.y0, self.window.y1))
+    }
+}
+
+/// Draws `polygon` alone, in `Exact`.
+pub(crate) fn draw<V: Polygon + ?Sized>(view: &View, polygon: &V) -> (Outcome, Picture, Stats) {
+    let (width, height) = view.size();
+    let mut sheet = Sheet::<u32>::new(width, height);
+    let mut seen = Vec::new();
+    let mut record = |f: &Fragment<'_>| {
+        let attributes = (0..f.attribute_count()).map(|k| f.attribute(k).to_bits()).collect();
+        let (depth, inv_w, w) = (f.depth().to_bits(), f.inv_w().to_bits(), f.w().to_bits());
+        seen.push(((f.y(), f.x()), Seen { depth, inv_w, w, attributes }));
+        u32::try_from(seen.len()).expect("few pixels")
+    };
+    let mut tiler = view.tiler();
+    let outcome = tiler.draw(polygon, &mut record, &mut sheet, None);
+    // Each was written where it was shaded, and all that were shaded were written.
+    for (place, number) in sheet.pixels.iter().enumerate().filter_map(|(i, p)| Some((i, (*p)?))) {
+        let (row, column) = (place / width as usize, place % width as usize);
+        let (y, x) = seen[number as usize - 1].0;
+        let at = (y - view.window.y0, x - view.window.x0);
+        assert_eq!(at, (row as i32, column as i32), "shaded there, written here");
+    }
+    assert_eq!(sheet.pixels.iter().flatten().count(), seen.len(), "shaded, but not written");
+    let stats = tiler.stats();
+    let pixels = seen.len() as u64;
+    assert_eq!(
+        (stats.pixels_covered, stats.pixels_shaded, stats.pixels_hidden),
+        (pixels, pixels, 0)
+    );
+    (outcome, seen.into_iter().collect(), stats)
+}
+
+/// Which pixels `polygon` covers.
+pub(crate) fn coverage(view: &View, polygon: &Poly) -> Vec<(i32, i32)> {
+    draw(view, polygon).1.keys().map(|&(y, x)| (x, y)).collect()
+}
