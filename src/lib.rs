@@ -1,17 +1,26 @@
+//! A scanline polygon tiler.
 #![forbid(unsafe_code)]
 #![no_std]
+
 extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
-pub mod camera;
-pub mod depth;
 pub mod error;
-pub mod polygon;
-pub mod shade;
 pub mod space;
-pub mod stats;
-pub mod target;
-pub mod texture;
-pub mod tiler;
+pub mod fixed;
+mod exact;
 pub mod varying;
+pub mod polygon;
+pub mod clip;
+pub mod divide;
+mod gradient;
+pub mod edge;
+pub mod depth;
+pub mod texture;
+pub mod shade;
+mod span;
+pub mod target;
+pub mod stats;
+pub mod tiler;
+pub mod camera;

@@ -1,11 +1,17 @@
-//! The driver: takes a polygon through the pipeline.
+//! The driver: takes a polygon through the pipeline, stage by stage.
 
 use alloc::vec::Vec;
 
-use crate::depth::DepthTest;
+use crate::clip::{ClipPlane, Clipped, Clipper, VertexArrays};
+use crate::depth::{DepthSource, DepthTest};
+use crate::divide::{ScreenVertex, divide, snapped_area};
+use crate::edge::{Outline, Span};
+use crate::fixed::{exponent_of, power_of_two};
+use crate::gradient::{ConstantAlong, Field, Gradients, Quantity, Subject};
 use crate::polygon::Polygon;
-use crate::shade::Shader;
-use crate::space::Viewport;
+use crate::shade::{BLOCK, Block, Shader};
+use crate::space::{PixelRect, Viewport};
+use crate::span::SpanWalker;
 use crate::stats::Stats;
 use crate::target::{DepthBuffer, Target};
 use crate::varying::Interpolation;
@@ -51,15 +57,31 @@ pub enum Outcome {
 
 /// Draws polygons: holds the viewport, the settings, the counts and the buffers that are reused
 /// from one polygon to the next.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Tiler {
     viewport: Viewport,
-    origin: (i32, i32),
+    origin: [i32; 2],
     depth_test: DepthTest,
     cull: Cull,
     precision: Precision,
     interpolation: Vec<Interpolation>,
+    clipper: Clipper,
     stats: Stats,
+    scratch: Scratch,
+}
+
+/// What a polygon is turned into on its way, stage by stage; kept to save allocations.
+#[derive(Debug, Default)]
+struct Scratch {
+    /// As given, times a power of two.
+    given: VertexArrays,
+    clipped: VertexArrays,
+    screen: Vec<ScreenVertex>,
+    outline: Outline,
+    /// Within what is visible.
+    spans: Vec<Span>,
+    gradients: Gradients,
+    attributes: Vec<[f32; BLOCK]>,
 }
 
 impl Tiler {
@@ -67,19 +89,21 @@ impl Tiler {
     pub fn new(viewport: Viewport) -> Self {
         Self {
             viewport,
-            origin: (0, 0),
+            origin: [0, 0],
             depth_test: DepthTest::STANDARD,
             cull: Cull::None,
             precision: Precision::Fast,
             interpolation: Vec::new(),
+            clipper: Clipper::new(viewport),
             stats: Stats::default(),
+            scratch: Scratch::default(),
         }
     }
 
     /// The framebuffer position of the target's first pixel: (0, 0) unless set. A target that
     /// is a crop of the picture has the bytes of that part of the whole.
     pub fn set_origin(&mut self, x: i32, y: i32) -> &mut Self {
-        self.origin = (x, y);
+        self.origin = [x, y];
         self
     }
 
@@ -105,6 +129,13 @@ impl Tiler {
     pub fn set_interpolation(&mut self, interpolation: &[Interpolation]) -> &mut Self {
         self.interpolation.clear();
         self.interpolation.extend_from_slice(interpolation);
+        self
+    }
+
+    /// Planes to clip against beside the view volume's: any number. With planes +d and -d the
+    /// two parts of a polygon cover each of its pixels exactly once.
+    pub fn set_clip_planes(&mut self, planes: &[ClipPlane]) -> &mut Self {
+        self.clipper.set_user_planes(planes);
         self
     }
 
@@ -134,7 +165,344 @@ impl Tiler {
         S: Shader,
         T: Target<Pixel = S::Pixel>,
     {
-        let _ = (polygon, shader, target, depth, self.viewport, self.origin, self.cull);
-        Outcome::Outside
+        self.stats.polygons += 1;
+        let outcome = self.take_through(polygon, shader, target, depth);
+        let culled = &mut self.stats.culled;
+        match outcome {
+            Outcome::Drawn => {}
+            Outcome::Outside => culled.outside += 1,
+            Outcome::Backface => culled.backface += 1,
+            Outcome::Degenerate => culled.degenerate += 1,
+            Outcome::Refused => culled.refused += 1,
+        }
+        self.stats.peak_bytes = self.stats.peak_bytes.max(self.bytes() as u64);
+        outcome
+    }
+
+    /// The pipeline.
+    fn take_through<V, S, T>(
+        &mut self,
+        polygon: &V,
+        shader: &mut S,
+        target: &mut T,
+        mut depth: Option<&mut DepthBuffer<'_>>,
+    ) -> Outcome
+    where
+        V: Polygon + ?Sized,
+        S: Shader,
+        T: Target<Pixel = S::Pixel>,
+    {
+        let Scratch { given, clipped, screen, outline, spans, gradients, attributes } =
+            &mut self.scratch;
+
+        // 1. The polygon, at a size where nothing overflows.
+        let exponent = match take_in(polygon, given) {
+            Ok(exponent) => exponent,
+            Err(outcome) => return outcome,
+        };
+
+        // 2. Clip, against the crossed planes only.
+        let outcodes = self.clipper.classify(given);
+        if outcodes.hidden {
+            return Outcome::Outside;
+        }
+        let visible_vertices = if outcodes.accepted() {
+            &*given
+        } else {
+            clipped.clone_from(given);
+            if self.clipper.clip(clipped) == Clipped::Outside || clipped.is_empty() {
+                return Outcome::Outside;
+            }
+            self.stats.clipped += 1;
+            &*clipped
+        };
+
+        // 3. Divide by w, through the viewport, onto the subpixel grid.
+        divide(visible_vertices, self.viewport, screen);
+
+        // 4. Which way it faces, exactly.
+        let area = snapped_area(screen);
+        outline.set(screen);
+        if area == 0 && !outline.covers_anything() {
+            return Outcome::Degenerate;
+        }
+        let left_out = match self.cull {
+            Cull::None => false,
+            Cull::Back => area <= 0,
+            Cull::Front => area > 0,
+        };
+        if left_out {
+            return Outcome::Backface;
+        }
+
+        // 5. Edges: the Y loop, within what can be seen.
+        let window = window(self.viewport, self.origin, target.size(), depth.as_deref());
+        let corner = self.viewport.rect();
+        let [x0, x1] = [window.x0, window.x1].map(|x| x - corner.x0);
+        spans.clear();
+        outline.for_each_span(window.y0 - corner.y0..window.y1 - corner.y0, |span| {
+            let (start, end) = (span.start.max(x0), span.end.min(x1));
+            if start < end {
+                spans.push(Span { start, end, ..span });
+            }
+        });
+        let (Some(first), Some(last)) = (spans.first(), spans.last()) else {
+            return Outcome::Drawn;
+        };
+
+        // 6. Gradients, of what is asked for; found out: what is constant.
+        let w = screen.iter().map(|v| visible_vertices.position(v.vertex as usize)[3]);
+        let columns = spans.iter().fold([i32::MAX, i32::MIN], |[low, high], span| {
+            [low.min(span.start), high.max(span.end - 1)]
+        });
+        let pixels = spans.iter().map(|span| u64::from(span.end.abs_diff(span.start))).sum();
+        let subject = Subject {
+            polygon,
+            viewport: self.viewport,
+            positions: given,
+            exponent,
+            interpolation: &self.interpolation,
+            clipped_w: [w.clone().fold(f64::INFINITY, f64::min), w.fold(0.0, f64::max)],
+            columns: columns.map(|c| c + corner.x0),
+            rows: [first.row, last.row].map(|r| r + corner.y0),
+            pixels,
+        };
+        let test = depth.is_some().then_some(self.depth_test);
+        let used = polygon.attribute_count().min(S::INPUTS.attributes);
+        let with_depth = S::INPUTS.depth || test.is_some_and(|test| test.source == DepthSource::Z);
+        let with_inv_w =
+            S::INPUTS.inv_w || test.is_some_and(|test| test.source == DepthSource::InvW);
+        gradients.set(&subject, used, with_depth, with_inv_w);
+        match gradients.constant {
+            ConstantAlong::Nothing => {}
+            ConstantAlong::Polygon => self.stats.constant_w.polygon += 1,
+            ConstantAlong::Row => self.stats.constant_w.row += 1,
+            ConstantAlong::Column => self.stats.constant_w.column += 1,
+        }
+        attributes.clear();
+        attributes.extend(gradients.attributes.iter().map(|field| match field {
+            Field::Constant(value) => [*value; BLOCK],
+            Field::Affine(_) => [0.0; BLOCK],
+        }));
+
+        // 7. Spans: the X loop; depth, then attributes, then the shader, block by block.
+        let mut walker = SpanWalker::new(&subject, gradients, &mut self.clipper);
+        let mut lanes =
+            Lanes { depth: [0.0; BLOCK], inv_w: [0.0; BLOCK], w: [0.0; BLOCK], attributes };
+        self.stats.spans += spans.len() as u64;
+        self.stats.pixels_covered += pixels;
+        for span in spans.iter() {
+            let y = span.row + corner.y0;
+            let (start, end) = (span.start + corner.x0, span.end + corner.x0);
+            let target_y = y.abs_diff(self.origin[1]);
+            let mut x = start & !(BLOCK_COLUMNS - 1);
+            while x < end {
+                let covered = lanes_between(start - x, end - x);
+                walker.seek(x, y);
+                let run = TargetRun { x, y: target_y, origin_x: self.origin[0] };
+                let mut mask = covered;
+                if let (Some(test), Some(buffer)) = (test, depth.as_deref_mut()) {
+                    let tested = lanes.tested(&mut walker, test.source, mask);
+                    mask &= run.passing(buffer, mask, tested, test);
+                }
+                self.stats.pixels_shaded += u64::from(mask.count_ones());
+                if mask != 0 {
+                    lanes.find::<S, V>(&mut walker, test, mask);
+                    let block = lanes.block(x, y, mask);
+                    let mut pixels = [S::Pixel::default(); BLOCK];
+                    let kept = shader.shade(&block, &mut pixels) & mask;
+                    run.write(target, kept, &pixels);
+                    if let (Some(test), Some(buffer)) = (test, depth.as_deref_mut())
+                        && test.write
+                    {
+                        let stored = match test.source {
+                            DepthSource::Z => &lanes.depth,
+                            DepthSource::InvW => &lanes.inv_w,
+                        };
+                        run.write(buffer, kept, stored);
+                    }
+                }
+                x += BLOCK_COLUMNS;
+            }
+        }
+        self.stats.exact_values += walker.exact_values;
+        self.stats.pixels_hidden = self.stats.pixels_covered - self.stats.pixels_shaded;
+        Outcome::Drawn
+    }
+
+    /// Bytes that the buffers hold.
+    fn bytes(&self) -> usize {
+        let scratch = &self.scratch;
+        scratch.given.bytes()
+            + scratch.clipped.bytes()
+            + scratch.screen.capacity() * size_of::<ScreenVertex>()
+            + scratch.outline.bytes()
+            + scratch.spans.capacity() * size_of::<Span>()
+            + scratch.gradients.bytes()
+            + scratch.attributes.capacity() * size_of::<[f32; BLOCK]>()
+            + self.clipper.bytes()
+    }
+}
+
+/// Columns of a block.
+const BLOCK_COLUMNS: i32 = BLOCK as i32;
+
+/// Copies the positions, times the power of two that brings the largest number into 1..2, and
+/// returns its negated exponent: so that no product overflows, no subnormal is left, and scaled
+/// polygons give the same bits.
+fn take_in<V: Polygon + ?Sized>(polygon: &V, given: &mut VertexArrays) -> Result<i32, Outcome> {
+    let n = polygon.len();
+    if n < 3 {
+        return Err(Outcome::Degenerate);
+    }
+    given.reset(0);
+    let mut largest = 0.0_f64;
+    for i in 0..n {
+        let position = polygon.position(i);
+        for component in position {
+            if !component.is_finite() {
+                return Err(Outcome::Refused);
+            }
+            largest = largest.max(component.abs());
+        }
+        given.push(position, []);
+    }
+    let Some(exponent) = exponent_of(largest) else { return Err(Outcome::Degenerate) };
+    if exponent != 0 {
+        // In two steps: the power alone may lie outside the range.
+        let half = exponent / 2;
+        given.scale_positions(power_of_two(-half), power_of_two(half - exponent));
+    }
+    Ok(exponent)
+}
+
+/// The pixels of the framebuffer that can be drawn.
+fn window(
+    viewport: Viewport,
+    origin: [i32; 2],
+    target: (u32, u32),
+    depth: Option<&DepthBuffer<'_>>,
+) -> PixelRect {
+    let (width, height) = match depth.map(|buffer| buffer.dimensions()) {
+        Some((width, height)) => (target.0.min(width), target.1.min(height)),
+        None => target,
+    };
+    viewport.rect().intersect(PixelRect::new(origin[0], origin[1], width, height))
+}
+
+/// The lanes `start..end` of a block; what lies beyond the block is cut.
+fn lanes_between(start: i32, end: i32) -> u16 {
+    let from = u16::MAX << start.clamp(0, BLOCK_COLUMNS - 1);
+    if end >= BLOCK_COLUMNS { from } else { from & !(u16::MAX << end.max(0)) }
+}
+
+/// A block's values.
+struct Lanes<'a> {
+    depth: [f32; BLOCK],
+    inv_w: [f32; BLOCK],
+    w: [f32; BLOCK],
+    attributes: &'a mut [[f32; BLOCK]],
+}
+
+impl Lanes<'_> {
+    /// What the depth test compares.
+    fn tested<V: Polygon + ?Sized>(
+        &mut self,
+        walker: &mut SpanWalker<'_, V>,
+        source: DepthSource,
+        mask: u16,
+    ) -> &[f32; BLOCK] {
+        let (quantity, lanes) = match source {
+            DepthSource::Z => (Quantity::Depth, &mut self.depth),
+            DepthSource::InvW => (Quantity::InvW, &mut self.inv_w),
+        };
+        walker.evaluate(quantity, mask, lanes);
+        lanes
+    }
+
+    /// Everything that the shader reads and the depth test has not found.
+    fn find<S: Shader, V: Polygon + ?Sized>(
+        &mut self,
+        walker: &mut SpanWalker<'_, V>,
+        test: Option<DepthTest>,
+        mask: u16,
+    ) {
+        let found = test.map(|test| test.source);
+        if S::INPUTS.depth && found != Some(DepthSource::Z) {
+            walker.evaluate(Quantity::Depth, mask, &mut self.depth);
+        }
+        if S::INPUTS.inv_w && found != Some(DepthSource::InvW) {
+            walker.evaluate(Quantity::InvW, mask, &mut self.inv_w);
+        }
+        if S::INPUTS.w {
+            walker.evaluate(Quantity::W, mask, &mut self.w);
+        }
+        for (k, lanes) in self.attributes.iter_mut().enumerate() {
+            if !walker.is_constant(k) {
+                walker.evaluate(Quantity::Attribute(k), mask, lanes);
+            }
+        }
+    }
+
+    fn block(&self, x: i32, y: i32, mask: u16) -> Block<'_> {
+        Block {
+            x,
+            y,
+            mask,
+            depth: &self.depth,
+            inv_w: &self.inv_w,
+            w: &self.w,
+            attributes: self.attributes,
+        }
+    }
+}
+
+/// Where a block lies in the target: its row there, and its first column in the framebuffer.
+#[derive(Clone, Copy)]
+struct TargetRun {
+    x: i32,
+    y: u32,
+    origin_x: i32,
+}
+
+impl TargetRun {
+    /// The lanes of `mask` whose depth passes.
+    fn passing(
+        self,
+        buffer: &DepthBuffer<'_>,
+        mask: u16,
+        depth: &[f32; BLOCK],
+        test: DepthTest,
+    ) -> u16 {
+        let first = mask.trailing_zeros() as usize;
+        let count = mask.count_ones() as usize;
+        let start = self.column(first);
+        let stored = &buffer.row(self.y)[start..start + count];
+        let mut passed = 0;
+        for (i, (new, stored)) in depth[first..first + count].iter().zip(stored).enumerate() {
+            passed |= u16::from(test.compare.passes(*new, *stored)) << (first + i);
+        }
+        passed
+    }
+
+    /// The target's column of lane `lane`, which lies in it.
+    fn column(self, lane: usize) -> usize {
+        (self.x - self.origin_x)
+            .wrapping_add_unsigned(u32::try_from(lane).unwrap_or(0))
+            .unsigned_abs() as usize
+    }
+
+    /// Hands the lanes of `mask` to the target, run by run.
+    fn write<T: Target>(self, target: &mut T, mask: u16, pixels: &[T::Pixel; BLOCK]) {
+        let mut left = mask;
+        while left != 0 {
+            let first = left.trailing_zeros();
+            let count = (left >> first).trailing_ones();
+            let run = &pixels[first as usize..(first + count) as usize];
+            let column = self.column(first as usize);
+            target.write(u32::try_from(column).unwrap_or(u32::MAX), self.y, run);
+            // In two shifts: the run may be all 16.
+            left &= (u16::MAX << (first + count - 1)) << 1;
+        }
     }
 }

@@ -1,0 +1,285 @@
+//! The clipper: from vertices in clip space to those of what can be drawn.
+//!
+//! Outcodes first: all vertices outside one plane reject, all inside every plane accept; else
+//! Sutherland and Hodgman's algorithm against the crossed planes only, in homogeneous space,
+//! before any division, in `f64`, on the whole array of a vertex at once (Heckbert 1990).
+//!
+//! Near, far and the user's planes are real planes. x and y are clipped only at the *guard
+//! band*, the reach of the subpixel grid; what sticks out of the viewport is the scissor's.
+//! `w > 0` needs no plane of its own: either depth range implies w >= 0, and of the points with
+//! w = 0 the guard band leaves only (0, 0, 0, 0), which names no place and falls out in the
+//! division.
+//!
+//! A new vertex lies at (a |d_b| + b |d_a|) / (|d_a| + |d_b|), where d is the clip distance: an
+//! expression that is symmetric in a and b, bit for bit. So a shared edge gives the same vertex
+//! in either direction and from either side of the plane, and it never cancels.
+
+use alloc::vec::Vec;
+
+use crate::fixed::Subpixel;
+use crate::space::{DepthRange, Viewport};
+
+/// Vertices as arrays of `stride` numbers: x, y, z, w, and then attributes.
+#[derive(Clone, Debug, Default)]
+pub struct VertexArrays {
+    stride: usize,
+    numbers: Vec<f64>,
+}
+
+impl VertexArrays {
+    /// No vertices yet, of `attributes` attributes each.
+    pub fn new(attributes: usize) -> Self {
+        Self { stride: 4 + attributes, numbers: Vec::new() }
+    }
+
+    /// Drops all vertices; those to come have `attributes` attributes.
+    pub fn reset(&mut self, attributes: usize) {
+        self.stride = 4 + attributes;
+        self.numbers.clear();
+    }
+
+    /// Appends a vertex; attributes that are missing are 0, those beyond the number are dropped.
+    pub fn push(&mut self, position: [f64; 4], attributes: impl IntoIterator<Item = f64>) {
+        let end = self.numbers.len() + self.stride;
+        self.numbers.extend(position);
+        self.numbers.extend(attributes.into_iter().take(self.stride - 4));
+        self.numbers.resize(end, 0.0);
+    }
+
+    /// The number of vertices.
+    pub fn len(&self) -> usize {
+        self.numbers.len().checked_div(self.stride).unwrap_or(0)
+    }
+
+    /// Is there no vertex?
+    pub fn is_empty(&self) -> bool {
+        self.numbers.is_empty()
+    }
+
+    /// (x, y, z, w) of vertex `i`, below `len()`.
+    #[inline]
+    pub fn position(&self, i: usize) -> [f64; 4] {
+        let at = i * self.stride;
+        [self.numbers[at], self.numbers[at + 1], self.numbers[at + 2], self.numbers[at + 3]]
+    }
+
+    /// The attributes of vertex `i`, below `len()`.
+    #[inline]
+    pub fn attributes(&self, i: usize) -> &[f64] {
+        &self.numbers[i * self.stride + 4..(i + 1) * self.stride]
+    }
+
+    /// All numbers of vertex `i`.
+    fn array(&self, i: usize) -> &[f64] {
+        &self.numbers[i * self.stride..(i + 1) * self.stride]
+    }
+
+    /// Multiplies all positions by both factors, one after the other.
+    pub(crate) fn scale_positions(&mut self, first: f64, second: f64) {
+        for array in self.numbers.chunks_exact_mut(self.stride) {
+            for component in &mut array[..4] {
+                *component = *component * first * second;
+            }
+        }
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        self.numbers.capacity() * size_of::<f64>()
+    }
+}
+
+/// A plane in clip space: (x, y, z, w) is inside if `a x + b y + c z + d w >= 0`.
+pub type ClipPlane = [f64; 4];
+
+/// The signed distance of a point from a plane, negative outside.
+#[inline]
+fn clip_distance(plane: &ClipPlane, p: [f64; 4]) -> f64 {
+    (plane[0] * p[0] + plane[1] * p[1]) + (plane[2] * p[2] + plane[3] * p[3])
+}
+
+/// What the clipper found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Clipped {
+    /// All vertices are outside of one plane of the view volume: nothing can be seen.
+    Outside,
+    /// No plane is crossed: the polygon as it is.
+    Inside,
+    /// Planes were crossed: the polygon is what the clipper left (possibly nothing).
+    Crossed,
+}
+
+/// The planes of a viewport and the user's, in the order in which they clip: near, far, guard
+/// left, right, bottom, top, user.
+#[derive(Clone, Debug)]
+pub struct Clipper {
+    planes: Vec<ClipPlane>,
+    scratch: Vec<f64>,
+}
+
+/// Planes before the user's.
+const FIXED_PLANES: usize = 6;
+
+/// The planes from here on share a bit of the outcodes.
+const SHARED_BIT: usize = 63;
+
+/// On which side of the planes the vertices of a polygon lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Outcodes {
+    /// All are outside of one plane of the view volume (or of one of the user's).
+    pub hidden: bool,
+    /// The planes that some vertex is outside of, a bit for each.
+    crossed: u64,
+}
+
+impl Outcodes {
+    /// All are inside of every plane but the sides of the viewport.
+    pub fn accepted(self) -> bool {
+        self.crossed == 0
+    }
+}
+
+impl Clipper {
+    /// The planes of `viewport`, with its depth range and its guard band.
+    pub fn new(viewport: Viewport) -> Self {
+        let [half_w, half_h] = viewport.half_size();
+        let reach = f64::from(Subpixel::REACH);
+        let (near, far) = match viewport.depth_range() {
+            DepthRange::ZeroToOne => ([0.0, 0.0, 1.0, 0.0], [0.0, 0.0, -1.0, 1.0]),
+            DepthRange::MinusOneToOne => ([0.0, 0.0, 1.0, 1.0], [0.0, 0.0, -1.0, 1.0]),
+        };
+        let planes = Vec::from([
+            near,
+            far,
+            [half_w, 0.0, 0.0, reach + half_w],
+            [-half_w, 0.0, 0.0, reach - half_w],
+            [0.0, half_h, 0.0, reach - half_h],
+            [0.0, -half_h, 0.0, reach + half_h],
+        ]);
+        Self { planes, scratch: Vec::new() }
+    }
+
+    /// Sets the user's planes, which clip after the others.
+    pub fn set_user_planes(&mut self, planes: &[ClipPlane]) {
+        self.planes.truncate(FIXED_PLANES);
+        self.planes.extend_from_slice(planes);
+    }
+
+    /// The number of planes.
+    pub fn plane_count(&self) -> usize {
+        self.planes.len()
+    }
+
+    /// Sorts `vertices`, whose positions must be finite: what is to be done with them?
+    pub fn classify(&self, vertices: &VertexArrays) -> Outcodes {
+        let (mut beyond_all, mut outside_all, mut crossed) = (0b1111_u32, u64::MAX, 0_u64);
+        for i in 0..vertices.len() {
+            let p = vertices.position(i);
+            let [x, y, _, w] = p;
+            // A vertex with w < 0 is outside both sides of an axis.
+            beyond_all &= u32::from(x < -w)
+                | u32::from(x > w) << 1
+                | u32::from(y < -w) << 2
+                | u32::from(y > w) << 3;
+            let mut outside = 0_u64;
+            for (k, plane) in self.planes.iter().enumerate() {
+                outside |= u64::from(clip_distance(plane, p) < 0.0) << k.min(SHARED_BIT);
+            }
+            crossed |= outside;
+            outside_all &= outside;
+        }
+        Outcodes { crossed, hidden: beyond_all != 0 || outside_all & !(1 << SHARED_BIT) != 0 }
+    }
+
+    /// Clips `vertices` in place, against the planes that they cross. All positions must be
+    /// finite. A convex polygon of N vertices leaves at most N + [`Self::plane_count`].
+    pub fn clip(&mut self, vertices: &mut VertexArrays) -> Clipped {
+        let outcodes = self.classify(vertices);
+        if outcodes.hidden {
+            return Clipped::Outside;
+        }
+        if outcodes.crossed == 0 {
+            return Clipped::Inside;
+        }
+        for (k, plane) in self.planes.iter().enumerate() {
+            if outcodes.crossed >> k.min(SHARED_BIT) & 1 != 0 {
+                clip_to_plane(vertices, plane, &mut self.scratch);
+            }
+        }
+        Clipped::Crossed
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        self.scratch.capacity() * size_of::<f64>() + self.planes.capacity() * size_of::<ClipPlane>()
+    }
+}
+
+/// One pass of Sutherland and Hodgman: keeps what is inside, `scratch` is overwritten.
+fn clip_to_plane(vertices: &mut VertexArrays, plane: &ClipPlane, scratch: &mut Vec<f64>) {
+    scratch.clear();
+    let n = vertices.len();
+    let distance = |i: usize| clip_distance(plane, vertices.position(i));
+    let mut from = n.wrapping_sub(1);
+    let mut from_distance = if n > 0 { distance(from) } else { 0.0 };
+    for to in 0..n {
+        let to_distance = distance(to);
+        if (from_distance < 0.0) != (to_distance < 0.0) {
+            let (near_weight, far_weight) = (to_distance.abs(), from_distance.abs());
+            let sum = near_weight + far_weight;
+            let (a, b) = (near_weight / sum, far_weight / sum);
+            scratch.extend(
+                vertices.array(from).iter().zip(vertices.array(to)).map(|(p, q)| p * a + q * b),
+            );
+        }
+        if to_distance >= 0.0 {
+            scratch.extend_from_slice(vertices.array(to));
+        }
+        (from, from_distance) = (to, to_distance);
+    }
+    core::mem::swap(&mut vertices.numbers, scratch);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clip(points: &[[f64; 4]], range: DepthRange) -> (Clipped, VertexArrays) {
+        let viewport = Viewport::new(0, 0, 64, 64).expect("small").with_depth_range(range);
+        let mut arrays = VertexArrays::new(1);
+        for (i, p) in (0..).zip(points) {
+            arrays.push(*p, [f64::from(i)]);
+        }
+        let found = Clipper::new(viewport).clip(&mut arrays);
+        (found, arrays)
+    }
+
+    #[test]
+    fn clip_accepts_rejects_and_cuts() {
+        let inside = [[-0.5, -0.5, 0.5, 1.0], [0.5, -0.5, 0.5, 1.0], [0.0, 0.6, 0.5, 1.0]];
+        assert_eq!(clip(&inside, DepthRange::ZeroToOne).0, Clipped::Inside);
+        let negated = inside.map(|p| p.map(|c: f64| -c));
+        assert_eq!(clip(&negated, DepthRange::ZeroToOne).0, Clipped::Outside);
+        let behind = [inside[0], inside[1], [0.0, 0.6, -0.5, 1.0]];
+        let (found, cut) = clip(&behind, DepthRange::ZeroToOne);
+        assert_eq!((found, cut.len()), (Clipped::Crossed, 4));
+        assert!((0..4).all(|i| cut.position(i)[2] >= 0.0));
+        assert_eq!(clip(&behind, DepthRange::MinusOneToOne).0, Clipped::Inside);
+    }
+
+    #[test]
+    fn clip_gives_the_same_vertex_in_either_direction() {
+        let (a, b) = ([0.3, -0.7, 0.9, 1.1], [1e20, 3.0, -7.5, -0.1]);
+        let (c, d) = ([0.1, 0.2, 0.3, 0.4], [-0.1, 0.2, 0.3, 0.4]);
+        let (_, one) = clip(&[a, b, c], DepthRange::ZeroToOne);
+        let (_, other) = clip(&[b, a, d], DepthRange::ZeroToOne);
+        let shared = |v: &VertexArrays| {
+            let mut all: Vec<[u64; 4]> =
+                (0..v.len()).map(|i| v.position(i).map(f64::to_bits)).collect();
+            all.sort_unstable();
+            all
+        };
+        let (one, other) = (shared(&one), shared(&other));
+        assert!(one.iter().filter(|p| other.contains(p)).count() >= 2);
+    }
+}
