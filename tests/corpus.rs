@@ -1,0 +1,63 @@
+//! Replays fuzz/corpus on stable: what the fuzzer kept, and every input that once failed.
+
+#[path = "../fuzz/check.rs"]
+mod check;
+
+use std::fs;
+use std::path::Path;
+
+/// Calls `body` with every file of fuzz/corpus/`name`, in order.
+fn replay(name: &str, body: fn(&[u8])) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(name);
+    let entries = fs::read_dir(&folder).expect("a folder of inputs");
+    let mut files: Vec<_> = entries.map(|entry| entry.expect("readable").path()).collect();
+    files.sort();
+    assert!(!files.is_empty(), "no inputs in {}", folder.display());
+    for file in files {
+        let data = fs::read(&file).expect("readable");
+        // A failure names the file.
+        let shown = file.display().to_string();
+        let guard = Named(&shown);
+        body(&data);
+        drop(guard);
+    }
+}
+
+/// Says which input it was if the test ends while it is alive.
+struct Named<'a>(&'a str);
+
+impl Drop for Named<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            eprintln!("the input that failed: {}", self.0);
+        }
+    }
+}
+
+#[test]
+fn corpus_of_the_tiler_holds() {
+    replay("tiler", check::tiler);
+}
+
+#[test]
+fn corpus_of_the_clipper_holds() {
+    replay("clip", check::clip);
+}
+
+/// Bytes without a plan, so that something is tested even where the corpus goes stale.
+#[test]
+fn corpus_of_pseudorandom_bytes_holds() {
+    let mut state = 0x9E37_79B9_7F4A_7C15_u64;
+    let mut data = [0_u8; 512];
+    for round in 0..2000 {
+        for byte in &mut data {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            *byte = (state >> 56) as u8;
+        }
+        let shown = format!("pseudorandom bytes, round {round}");
+        let guard = Named(&shown);
+        check::tiler(&data);
+        check::clip(&data);
+        drop(guard);
+    }
+}
