@@ -9,22 +9,41 @@ use super::Poly;
 use super::coverage::framebuffer;
 
 /// Runs a property on about `cases` inputs (PROPTEST_CASES / 256 as many, where it is set);
-/// inputs that failed are kept in `regressions` beside `file`, and tried first.
+/// inputs that failed are kept beside `file`, with the extension `regressions`, and tried first.
+/// Returns the number of cases.
 pub(crate) fn check<S: Strategy>(
     file: &'static str,
     name: &'static str,
     cases: u32,
     strategy: &S,
     property: impl Fn(S::Value) -> Result<(), TestCaseError>,
-) {
+) -> u64 {
     let scale = std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(256);
-    let mut config = Config::with_cases((cases * scale / 256).max(1));
+    let cases = (cases * scale / 256).max(1);
+    let mut config = Config::with_cases(cases);
     config.source_file = Some(file);
     config.test_name = Some(name);
     config.failure_persistence = Some(Box::new(FileFailurePersistence::WithSource("regressions")));
     config.max_shrink_iters = 4000;
     if let Err(failure) = TestRunner::new(config).run(strategy, property) {
         panic!("{name}: {failure}");
+    }
+    u64::from(cases)
+}
+
+/// Counts what a property looked at, so that it cannot pass by looking at nothing.
+#[derive(Debug, Default)]
+pub(crate) struct Tally(std::cell::Cell<u64>);
+
+impl Tally {
+    pub(crate) fn add(&self, count: usize) {
+        self.0.set(self.0.get() + count as u64);
+    }
+
+    /// Says how many there were; there must be `least`.
+    pub(crate) fn report(&self, what: &str, least: u64) {
+        println!("{what}: {}", self.0.get());
+        assert!(self.0.get() >= least, "only {} {what}; expected {least}", self.0.get());
     }
 }
 

@@ -1,0 +1,406 @@
+//! P1: a pixel is covered if and only if its centre is inside the snapped polygon, and polygons
+//! that share an edge cover each pixel exactly once.
+
+#[expect(dead_code, reason = "each test file uses a part of it")]
+mod oracle;
+
+use std::collections::BTreeMap;
+
+use hyperspan::space::{DepthRange, Grid, PixelRect, Viewport};
+use hyperspan::target::Target as _;
+use hyperspan::tiler::{Cull, Outcome};
+use oracle::Poly;
+use oracle::clipper::{self, Side};
+use oracle::coverage::{covered, doubled_area, is_unclipped, snapped};
+use oracle::probe::{self, Sheet, View};
+use oracle::shapes::{self, Scene, Tally, check, look, scenes, unproject};
+use proptest::prelude::*;
+
+/// Draws an unclipped polygon, and compares with the oracle pixel by pixel.
+fn agrees(view: &View, poly: &Poly, tally: &Tally) -> Result<(), TestCaseError> {
+    prop_assert!(is_unclipped(view.viewport, poly), "the strategy promises it");
+    let points = snapped(view.viewport, poly);
+    let expected = covered(view.viewport.grid(), &points, view.visible());
+    let (outcome, picture, _) = probe::draw(view, poly);
+    let drawn: Vec<_> = picture.keys().map(|&(y, x)| (x, y)).collect();
+    prop_assert_eq!(&drawn, &expected, "{:?}", outcome);
+    if !expected.is_empty() {
+        prop_assert_eq!(outcome, Outcome::Drawn);
+    }
+    tally.add(expected.len());
+    Ok(())
+}
+
+fn view_of(scene: &Scene) -> View {
+    let interpolation = scene.interpolation.clone();
+    View { viewport: scene.viewport, window: scene.window, interpolation }
+}
+
+#[test]
+fn coverage_of_convex_polygons_is_the_crossing_oracles() {
+    let tally = Tally::default();
+    let cases = check(file!(), "coverage_of_convex_polygons", 20000, &scenes(6.0), |scene| {
+        agrees(&view_of(&scene), &scene.poly, &tally)
+    });
+    tally.report("covered pixels", 30 * cases);
+}
+
+/// Vertices anywhere: the outline crosses itself, turns back on itself, repeats vertices. Half
+/// of them on a lattice of centres, corners and midpoints of pixels, so that ties abound.
+fn soups() -> impl Strategy<Value = (View, Poly)> {
+    let lattice = |steps: f64| {
+        let c = (-20.0 * steps..20.0 * steps).prop_map(move |v: f64| v.floor() / steps);
+        [c.clone(), c]
+    };
+    let free = || [-40.0..40.0, -40.0..40.0];
+    let giant = || [-30_000.0..30_000.0, -30_000.0..30_000.0];
+    let list = |point: BoxedStrategy<[f64; 2]>| prop::collection::vec(point, 3..=12);
+    let mixed = prop_oneof![lattice(2.0), lattice(65536.0), free(), giant()];
+    let points = prop_oneof![
+        4 => list(lattice(2.0).boxed()),
+        1 => list(lattice(1.0).prop_map(|p| p.map(|c| c + 0.5)).boxed()),
+        1 => list(lattice(256.0).boxed()),
+        2 => list(free().boxed()),
+        1 => list(mixed.boxed()),
+        1 => list(giant().boxed()),
+    ];
+    let side = || prop_oneof![Just(32_u32), Just(64), 1_u32..70];
+    let w = prop_oneof![Just(0.0), -3.0..3.0_f64];
+    let ws = prop::collection::vec(w, 12);
+    let place = prop_oneof![Just(0), -5000..5000_i32, Just(1 << 28)];
+    let viewport = (place.clone(), place, side(), side(), any::<bool>());
+    let window = ([-9..9_i32, -9..9_i32], [0..70_u32, 0..70_u32]);
+    (points, ws, viewport, window).prop_map(|(points, ws, (x, y, w, h, fine), (aside, size))| {
+        let grid = if fine { Grid::Sixteen } else { Grid::Eight };
+        let viewport = Viewport::new(x, y, w, h).expect("small").with_grid(grid);
+        let middle = [f64::from(w / 2), f64::from(h / 2)];
+        let flat = points.len() > 3;
+        let vertex = |(p, e): (&[f64; 2], &f64)| {
+            let w = if flat { 1.0 } else { e.exp2() };
+            unproject(viewport, [p[0] + middle[0], p[1] + middle[1]], 0.5, w)
+        };
+        let positions: Vec<_> = points.iter().zip(&ws).map(vertex).collect();
+        // A target that sticks out of the viewport, or does not reach its sides.
+        let window = PixelRect::new(x + aside[0], y + aside[1], size[0], size[1]);
+        (View { window, ..View::whole(viewport) }, Poly::bare(&positions))
+    })
+}
+
+#[test]
+fn coverage_of_any_outline_is_the_crossing_oracles() {
+    let tally = Tally::default();
+    let cases = check(file!(), "coverage_of_any_outline", 30000, &soups(), |(view, poly)| {
+        agrees(&view, &poly, &tally)
+    });
+    tally.report("covered pixels", 30 * cases);
+}
+
+#[test]
+fn coverage_does_not_depend_on_where_the_list_begins_or_its_direction() {
+    check(file!(), "coverage_of_lists", 5000, &(soups(), 0..12_usize), |((view, poly), by)| {
+        let drawn = probe::coverage(&view, &poly);
+        let by = by % poly.positions.len();
+        prop_assert_eq!(&probe::coverage(&view, &poly.rotated(by)), &drawn);
+        prop_assert_eq!(&probe::coverage(&view, &poly.reversed()), &drawn);
+        Ok(())
+    });
+}
+
+/// A convex polygon from steps between lattice points, sorted by angle: collinear vertices,
+/// parallel sides and horizontal and vertical edges abound.
+fn lattice_polygons() -> impl Strategy<Value = (View, Poly)> {
+    let steps = prop::collection::vec([-6..6_i32, -6..6_i32], 2..=6);
+    (steps, 1..=4_i32, any::<bool>(), [-4.0..4.0_f64, -4.0..4.0]).prop_map(
+        |(half, scale, halves, at)| {
+            let mut steps = half.clone();
+            steps.extend(half.iter().map(|s| s.map(|c| -c)));
+            let angle = |s: &[i32; 2]| f64::from(s[1]).atan2(f64::from(s[0]));
+            steps.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+            let viewport = Viewport::new(0, 0, 64, 64).expect("small");
+            let shift = if halves { 0.5 } else { 0.0 };
+            let mut place = at.map(|c| c.floor() + 32.0 + shift);
+            let vertex = |s: &[i32; 2]| {
+                place = [0, 1].map(|i| place[i] + f64::from(s[i]) / f64::from(scale));
+                unproject(viewport, place, 0.5, 1.0)
+            };
+            let positions: Vec<_> = steps.iter().map(vertex).collect();
+            (View::whole(viewport), Poly::bare(&positions))
+        },
+    )
+}
+
+#[test]
+fn coverage_of_lattice_polygons_is_the_crossing_oracles() {
+    let tally = Tally::default();
+    let cases =
+        check(file!(), "coverage_of_lattice", 10000, &lattice_polygons(), |(view, poly)| {
+            agrees(&view, &poly, &tally)
+        });
+    tally.report("covered pixels", 30 * cases);
+}
+
+/// Adds `by` for each pixel that `poly` covers.
+fn count(counts: &mut BTreeMap<(i32, i32), i32>, view: &View, poly: &Poly, by: i32) {
+    for pixel in probe::coverage(view, poly) {
+        *counts.entry(pixel).or_default() += by;
+    }
+}
+
+/// Triangles from an inner point to the sides of an outline: inside, each pixel belongs to
+/// exactly one; and should snapping turn one of them over, to one more of the others.
+#[test]
+fn coverage_of_a_fan_is_that_of_its_outline() {
+    let inner = prop::collection::vec(0.01..1.0_f64, 12);
+    let turns = prop::collection::vec((0..3_usize, any::<bool>()), 12);
+    check(
+        file!(),
+        "coverage_of_a_fan",
+        4000,
+        &(scenes(4.0), inner, turns),
+        |(scene, inner, turns)| {
+            let (view, poly) = (View { interpolation: vec![], ..view_of(&scene) }, &scene.poly);
+            let n = poly.positions.len();
+            let sum: f64 = inner[..n].iter().sum();
+            let mean = |i: usize| {
+                let terms =
+                    poly.positions.iter().zip(&inner).map(|(p, weight)| p[i] * weight / sum);
+                terms.sum::<f64>()
+            };
+            let hub = [0, 1, 2, 3].map(mean);
+            let hub = [hub[0], hub[1], hub[2].min(hub[3]), hub[3]];
+            let whole = snapped(view.viewport, poly);
+            let front = doubled_area(&whole) > 0;
+            let mut counts = BTreeMap::new();
+            for (i, (turn, over)) in (0..n).zip(&turns) {
+                let part = Poly::bare(&[poly.positions[i], poly.positions[(i + 1) % n], hub]);
+                let same_side = (doubled_area(&snapped(view.viewport, &part)) > 0) == front;
+                let part = part.rotated(*turn);
+                let part = if *over { part.reversed() } else { part };
+                count(&mut counts, &view, &part, if same_side { 1 } else { -1 });
+            }
+            for &pixel in &covered(view.viewport.grid(), &whole, view.visible()) {
+                prop_assert_eq!(counts.remove(&pixel), Some(1), "{:?}", pixel);
+            }
+            let outside = counts.iter().find(|(_, c)| **c != 0);
+            prop_assert_eq!(outside, None, "drawn outside");
+            Ok(())
+        },
+    );
+}
+
+/// A net of quads and triangles on a plane that reaches behind the eye, before the near plane,
+/// beyond the far one, and out of the guard band.
+#[derive(Clone, Debug)]
+struct Net {
+    view: View,
+    /// (columns + 1) x (rows + 1) clip positions.
+    points: Vec<[f64; 4]>,
+    columns: usize,
+    pieces: Vec<(bool, usize, bool)>,
+}
+
+impl Net {
+    /// The cells, each a quad or two triangles, their lists begun anywhere, in either direction.
+    fn polygons(&self) -> Vec<Poly> {
+        let mut all = Vec::new();
+        let rows = self.points.len() / (self.columns + 1) - 1;
+        for cell in 0..self.columns * rows {
+            let corner = cell / self.columns * (self.columns + 1) + cell % self.columns;
+            let next = corner + self.columns + 1;
+            let [a, b, c, d] = [corner, corner + 1, next + 1, next].map(|i| self.points[i]);
+            let (split, turn, over) = self.pieces[cell % self.pieces.len()];
+            let parts =
+                if split { vec![vec![a, b, c], vec![a, c, d]] } else { vec![vec![a, b, c, d]] };
+            for part in parts {
+                let poly = Poly::bare(&part).rotated(turn % part.len());
+                all.push(if over { poly.reversed() } else { poly });
+            }
+        }
+        all
+    }
+
+    /// The whole net as one polygon.
+    fn outline(&self) -> Poly {
+        let last = self.points.len() - 1;
+        let corners = [0, self.columns, last, last - self.columns];
+        Poly::bare(&corners.map(|i| self.points[i]))
+    }
+}
+
+/// Nets: `origin` + i `right` + j `down`, all in clip space, so that the net is flat and its
+/// image's size and place are anything.
+fn nets() -> impl Strategy<Value = Net> {
+    let vector = |most: f64| [-most..most, -most..most, -most..most, -most..most];
+    let shape = (1..=4_usize, 1..=4_usize);
+    let vectors = prop_oneof![
+        2 => (vector(1.0), vector(3.0), vector(3.0)),
+        1 => (vector(1.0), vector(1e4), vector(3.0)),
+        1 => (vector(0.3), vector(1e3), vector(1e5)),
+        1 => (vector(1.0), Just([1.0, 0.0, 0.0, 0.0]), Just([0.0, 1.0, -1.5, 2.0])),
+    ];
+    // Little enough to leave every cell convex.
+    let shift = prop::collection::vec(-0.2..0.2_f64, 50);
+    let pieces = prop::collection::vec((any::<bool>(), 0..4_usize, any::<bool>()), 1..16);
+    (shape, vectors, shift, pieces, 1..60_u32, 1..60_u32, any::<bool>()).prop_map(
+        |((columns, rows), (middle, right, down), shift, pieces, w, h, gl)| {
+            let range = if gl { DepthRange::MinusOneToOne } else { DepthRange::ZeroToOne };
+            let viewport = Viewport::new(0, 0, w, h).expect("small").with_depth_range(range);
+            let mut points = Vec::new();
+            for j in 0..=rows {
+                for i in 0..=columns {
+                    // Inner points are moved aside; those of the outline stay on its sides.
+                    let k = 2 * (j * (columns + 1) + i);
+                    let free = |at: usize, of: usize, by: f64| {
+                        let moved = if at > 0 && at < of { at as f64 + by } else { at as f64 };
+                        moved / of as f64 - 0.5
+                    };
+                    let (s, t) = (free(i, columns, shift[k]), free(j, rows, shift[k + 1]));
+                    let seen = [middle[0], middle[1], middle[2].abs() + 0.2, middle[3].abs() + 0.4];
+                    points.push([0, 1, 2, 3].map(|c| seen[c] + s * right[c] + t * down[c]));
+                }
+            }
+            Net { view: View::whole(viewport), points, columns, pieces }
+        },
+    )
+}
+
+/// What clipping and snapping may move an edge by, in pixels.
+const TOLERANCE: f64 = 1.0 / 16384.0;
+
+#[test]
+fn coverage_of_a_clipped_net_has_no_crack_and_no_overlap() {
+    let (clipped, pixels) = (Tally::default(), Tally::default());
+    let cases = check(file!(), "coverage_of_a_clipped_net", 4000, &nets(), |net| {
+        let view = &net.view;
+        let mut counts = BTreeMap::new();
+        for part in net.polygons() {
+            count(&mut counts, view, &part, 1);
+            clipped.add(usize::from(!is_unclipped(view.viewport, &part)));
+        }
+        pixels.add(counts.len());
+        let twice = counts.iter().find(|(_, c)| **c != 1);
+        prop_assert_eq!(twice, None, "drawn twice");
+        let corners = clipper::clip(&net.outline(), &clipper::planes(view.viewport));
+        let outline = clipper::outline(view.viewport, &corners);
+        let rect = view.visible();
+        for (x, y) in (rect.y0..rect.y1).flat_map(|y| (rect.x0..rect.x1).map(move |x| (x, y))) {
+            let drawn = counts.contains_key(&(x, y));
+            match clipper::side(&outline, x, y, TOLERANCE) {
+                Side::Inside => prop_assert!(drawn, "a crack at {:?}", (x, y)),
+                Side::Outside => prop_assert!(!drawn, "too much at {:?}", (x, y)),
+                Side::Near => {}
+            }
+        }
+        Ok(())
+    });
+    clipped.report("clipped polygons", 3 * cases);
+    pixels.report("covered pixels", 100 * cases);
+}
+
+/// Triangles with vertices anywhere, most of them crossed by planes: before the near plane,
+/// beyond the far one, behind the eye.
+fn wild_triangles() -> impl Strategy<Value = (View, Poly)> {
+    let coordinate = prop_oneof![4 => -2.0..2.0, 1 => -1e3..1e3, 1 => -1e6..1e6];
+    let whole = (-2..=2_i32).prop_map(f64::from);
+    let coordinate = prop_oneof![4 => coordinate, 1 => whole].boxed();
+    let positive = (0.01..2.0_f64).boxed();
+    let any_vertex =
+        [coordinate.clone(), coordinate.clone(), coordinate.clone(), coordinate.clone()];
+    let seen_vertex = [coordinate.clone(), coordinate.clone(), coordinate, positive];
+    let vertices = prop_oneof![
+        [any_vertex.clone(), any_vertex.clone(), seen_vertex.clone()],
+        [any_vertex, seen_vertex.clone(), seen_vertex.clone()],
+        [seen_vertex.clone(), seen_vertex.clone(), seen_vertex],
+    ];
+    (vertices, 1..60_u32, 1..60_u32, any::<bool>()).prop_map(|(vertices, w, h, gl)| {
+        let range = if gl { DepthRange::MinusOneToOne } else { DepthRange::ZeroToOne };
+        let viewport = Viewport::new(0, 0, w, h).expect("small").with_depth_range(range);
+        (View::whole(viewport), Poly::bare(&vertices))
+    })
+}
+
+#[test]
+fn coverage_of_clipped_triangles_is_that_of_the_exact_clipper() {
+    let (clipped, pixels) = (Tally::default(), Tally::default());
+    let cases = check(file!(), "coverage_of_clipped", 30000, &wild_triangles(), |(view, poly)| {
+        let corners = clipper::clip(&poly, &clipper::planes(view.viewport));
+        let outline = clipper::outline(view.viewport, &corners);
+        let (outcome, picture, stats) = probe::draw(&view, &poly);
+        if stats.clipped > 0 {
+            clipped.add(usize::from(!picture.is_empty()));
+            pixels.add(picture.len());
+        }
+        let rect = view.visible();
+        for (x, y) in (rect.y0..rect.y1).flat_map(|y| (rect.x0..rect.x1).map(move |x| (x, y))) {
+            let drawn = picture.contains_key(&(y, x));
+            match clipper::side(&outline, x, y, TOLERANCE) {
+                Side::Inside => prop_assert!(drawn, "not drawn: {:?}, {:?}", (x, y), outcome),
+                Side::Outside => prop_assert!(!drawn, "drawn: {:?}", (x, y)),
+                Side::Near => {}
+            }
+        }
+        Ok(())
+    });
+    clipped.report("clipped triangles in sight", cases / 6);
+    pixels.report("their pixels", 30 * cases);
+}
+
+/// Front faces are counter-clockwise with y up; a snapped area of 0 faces back.
+#[test]
+fn coverage_facing_is_the_sign_of_the_snapped_area() {
+    check(file!(), "coverage_facing", 5000, &soups(), |(view, poly)| {
+        let area = doubled_area(&snapped(view.viewport, &poly));
+        let all = probe::coverage(&view, &poly);
+        for (cull, shown) in [(Cull::Back, area > 0), (Cull::Front, area <= 0)] {
+            let (width, height) = view.size();
+            let mut sheet = Sheet::new(width, height);
+            let mut tiler = view.tiler();
+            let outcome = tiler.set_cull(cull).draw(
+                &poly,
+                &mut hyperspan::shade::Solid(1_u8),
+                &mut sheet,
+                None,
+            );
+            let drawn = sheet.pixels.iter().flatten().count();
+            prop_assert_eq!(drawn, if shown { all.len() } else { 0 }, "{:?} {:?}", cull, outcome);
+            if !shown && !all.is_empty() {
+                prop_assert_eq!(outcome, Outcome::Backface);
+                prop_assert_eq!(tiler.stats().culled.backface, 1);
+            }
+        }
+        Ok(())
+    });
+}
+
+/// A polygon over the whole of an image 8192 pixels wide, through windows: the same pixels as
+/// the oracle's at the far ends.
+#[test]
+fn coverage_of_wide_images_is_exact_at_both_ends() {
+    let strategy = (shapes::corners(8192, 8192), look());
+    let tally = Tally::default();
+    let cases = check(file!(), "coverage_of_wide_images", 3000, &strategy, |(corners, look)| {
+        let viewport = Viewport::new(0, 0, 8192, 8192).expect("8192");
+        let poly = Poly::bare(&corners.map(|c| unproject(viewport, c, 0.25, 1.0)));
+        for (x, y) in [(0, 0), (8192 - 40, 8192 - 9), (8192 - 40, 0), (0, 8192 - 9)] {
+            let window = PixelRect::new(x, y, 40, 9);
+            agrees(&View { window, ..View::whole(viewport) }, &poly, &tally)?;
+        }
+        let window = look.window(viewport, &poly);
+        agrees(&View { window, ..View::whole(viewport) }, &poly, &tally)
+    });
+    tally.report("covered pixels", 30 * cases);
+}
+
+#[test]
+#[should_panic(expected = "(1, 0) is drawn twice")]
+fn coverage_mock_panics_on_overdraw() {
+    let mut sheet = Sheet::new(3, 3);
+    sheet.write(0, 0, &[1_u8, 2]);
+    sheet.write(1, 0, &[3_u8]);
+}
+
+#[test]
+#[should_panic(expected = "(3, 0) lies outside the target")]
+fn coverage_mock_panics_out_of_bounds() {
+    Sheet::new(3, 3).write(2, 0, &[1_u8, 2]);
+}
