@@ -24,18 +24,30 @@ use crate::space::{DepthRange, Viewport};
 pub struct VertexArrays {
     stride: usize,
     numbers: Vec<f64>,
+    /// Attributes that run linearly in the framebuffer, by number.
+    noperspective: Vec<usize>,
 }
 
 impl VertexArrays {
     /// No vertices yet, of `attributes` attributes each.
     pub fn new(attributes: usize) -> Self {
-        Self { stride: 4 + attributes, numbers: Vec::new() }
+        Self { stride: 4 + attributes, ..Self::default() }
     }
 
     /// Drops all vertices; those to come have `attributes` attributes.
     pub fn reset(&mut self, attributes: usize) {
         self.stride = 4 + attributes;
         self.numbers.clear();
+        self.noperspective.clear();
+    }
+
+    /// Says that attribute `k`, below the number of attributes, has no perspective: at a new
+    /// vertex it is taken linearly in the framebuffer, not in clip space, unless an end of the
+    /// edge has w <= 0.
+    pub fn set_noperspective(&mut self, k: usize) {
+        if k + 4 < self.stride {
+            self.noperspective.push(k);
+        }
     }
 
     /// Appends a vertex; attributes that are missing are 0, those beyond the number are dropped.
@@ -231,6 +243,8 @@ fn clip_to_plane(vertices: &mut VertexArrays, plane: &ClipPlane, scratch: &mut V
             scratch.extend(
                 vertices.array(from).iter().zip(vertices.array(to)).map(|(p, q)| p * a + q * b),
             );
+            let new = scratch.len() - vertices.stride;
+            straighten(vertices, [from, to], [a, b], &mut scratch[new..]);
         }
         if to_distance >= 0.0 {
             scratch.extend_from_slice(vertices.array(to));
@@ -238,6 +252,21 @@ fn clip_to_plane(vertices: &mut VertexArrays, plane: &ClipPlane, scratch: &mut V
         (from, from_distance) = (to, to_distance);
     }
     core::mem::swap(&mut vertices.numbers, scratch);
+}
+
+/// Puts right, in the array `new` of a vertex that is `weights` of two others, what runs linearly
+/// in the framebuffer.
+fn straighten(vertices: &VertexArrays, ends: [usize; 2], weights: [f64; 2], new: &mut [f64]) {
+    let [p, q] = ends.map(|i| vertices.array(i));
+    if vertices.noperspective.is_empty() || p[3] <= 0.0 || q[3] <= 0.0 {
+        return;
+    }
+    // A point's place on the edge in the framebuffer goes by weight times w.
+    let (a, b) = (weights[0] * p[3], weights[1] * q[3]);
+    let (a, b) = (a / (a + b), b / (a + b));
+    for k in &vertices.noperspective {
+        new[4 + k] = p[4 + k] * a + q[4 + k] * b;
+    }
 }
 
 #[cfg(test)]

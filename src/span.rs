@@ -8,17 +8,21 @@
 //! the bits depend on nothing but the polygon and the pixel.
 //! docs/precision.md, "The X loop", derives the bound.
 
+use alloc::vec::Vec;
+use core::cmp::Ordering;
+
+use crate::across::{Carried, Corners};
 use crate::clip::{Clipped, Clipper, VertexArrays};
 use crate::divide::{ScreenVertex, divide};
+use crate::edge::Span;
+use crate::fixed::power_of_two;
 use crate::gradient::frame::U;
 use crate::gradient::{
     Affine, ConstantAlong, Field, Gradients, Quantity, Subject, nearest_f32, widen,
 };
 use crate::polygon::Polygon;
 use crate::shade::BLOCK;
-use crate::space::DepthRange;
-
-use alloc::vec::Vec;
+use crate::varying::{CANONICAL_NAN, Interpolation};
 
 /// 16 lanes of `f64`.
 type Wide = [f64; BLOCK];
@@ -35,13 +39,13 @@ struct Reciprocals {
 /// Finds the values of a polygon's quantities, block by block.
 #[derive(Debug)]
 pub(crate) struct SpanWalker<'a, V: ?Sized> {
-    pub(crate) subject: &'a Subject<'a, V>,
-    pub(crate) gradients: &'a mut Gradients,
-    pub(crate) clipper: &'a mut Clipper,
+    subject: &'a Subject<'a, V>,
+    gradients: &'a mut Gradients,
+    clipper: &'a mut Clipper,
     /// Values that exact arithmetic found.
     pub(crate) exact_values: u64,
     /// The clipped polygon with all its attributes, made when first needed.
-    pub(crate) corners: Option<(VertexArrays, Vec<ScreenVertex>)>,
+    corners: Option<(VertexArrays, Vec<ScreenVertex>)>,
     /// Offset of the block's first lane from the anchor.
     u: i32,
     v: i32,
@@ -114,29 +118,31 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
         matches!(self.gradients.attributes.get(k), Some(Field::Constant(_)))
     }
 
-    /// The values of `quantity` at the lanes of `mask`, clamped to its range.
+    /// The values of `quantity` at the lanes of `mask`, within `span`, clamped to its range.
     #[inline]
-    pub(crate) fn evaluate(&mut self, quantity: Quantity, mask: u16, out: &mut [f32; BLOCK]) {
-        let gradients = &*self.gradients;
-        let field = match quantity {
-            Quantity::Depth => gradients.depth,
-            Quantity::InvW => gradients.inv_w,
-            Quantity::Attribute(k) => gradients.attributes.get(k).copied(),
-            Quantity::W => None,
-        };
-        let rounded = match field {
+    pub(crate) fn evaluate(
+        &mut self,
+        quantity: Quantity,
+        span: &Span,
+        mask: u16,
+        out: &mut [f32; BLOCK],
+    ) {
+        let certain = match self.gradients.field(quantity) {
+            None => return,
             Some(Field::Constant(value)) => {
                 *out = [value; BLOCK];
                 return;
             }
-            Some(Field::Affine(affine)) => self.affine(&affine, out),
-            None => self.w(out),
+            Some(Field::Affine(affine)) => self.affine(&affine, out) & self.reciprocals.certain,
+            Some(Field::W(range)) => self.w(range, out) & self.reciprocals.certain,
+            Some(Field::Across(carried, range)) => self.across(carried, range, span, out),
         };
-        let mut left = mask & !(rounded & self.reciprocals.certain);
+        let mut left = mask & !certain;
         while left != 0 {
             let lane = left.trailing_zeros();
             left &= left - 1;
-            out[lane as usize] = self.settle(quantity, self.u + i32::try_from(lane).unwrap_or(0));
+            let u = self.u + i32::try_from(lane).unwrap_or(0);
+            out[lane as usize] = self.settle(quantity, span, u);
         }
     }
 
@@ -170,7 +176,7 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
     }
 
     /// w = det/Q.
-    fn w(&self, out: &mut [f32; BLOCK]) -> u16 {
+    fn w(&self, range: [f32; 2], out: &mut [f32; BLOCK]) -> u16 {
         let t = self.reciprocals.r.map(|r| r * self.gradients.w_scale);
         let mut error: Wide = [0.0; BLOCK];
         for lane in 0..BLOCK {
@@ -178,30 +184,67 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
                 self.reciprocals.relative_error[lane] + self.gradients.det_relative_error + 5.0 * U;
             error[lane] = t[lane].abs() * relative;
         }
-        round(&t, &error, self.gradients.w_range, out)
+        round(&t, &error, range, out)
+    }
+
+    /// Along the edges of `span` and across it.
+    fn across(
+        &mut self,
+        carried: Carried,
+        range: [f32; 2],
+        span: &Span,
+        out: &mut [f32; BLOCK],
+    ) -> u16 {
+        let [x, y] = self.centre(self.u);
+        let scale = power_of_two(self.subject.exponent);
+        let row = self.corners().row(carried, span, y);
+        let (mut value, mut error): (Wide, Wide) = ([0.0; BLOCK], [0.0; BLOCK]);
+        for (lane, offset) in (0_i32..).enumerate().take(BLOCK) {
+            (value[lane], error[lane]) = row.at(x + f64::from(offset));
+        }
+        let scale = match carried {
+            Carried::W => scale,
+            Carried::InvW => 1.0 / scale,
+            _ => 1.0,
+        };
+        round(&value.map(|v| v * scale), &error.map(|e| e * scale), range, out)
+    }
+
+    /// The centre of the pixel in column `u` from the anchor of this row.
+    fn centre(&self, u: i32) -> [f64; 2] {
+        let [anchor_x, anchor_y] = self.gradients.anchor.pixel;
+        [u + anchor_x, self.v + anchor_y].map(|c| f64::from(c) + 0.5)
     }
 
     /// The last resort, for one pixel.
     #[cold]
-    fn settle(&mut self, quantity: Quantity, u: i32) -> f32 {
+    fn settle(&mut self, quantity: Quantity, span: &Span, u: i32) -> f32 {
         self.exact_values += 1;
-        let value = match self.gradients.exact_value(self.subject, quantity, u, self.v) {
-            Some(value) => value,
-            None => self.nearest_corner(quantity, u),
-        };
-        clamp(value, self.gradients.range(quantity))
+        match self.gradients.field(quantity) {
+            None => CANONICAL_NAN,
+            Some(Field::Constant(value)) => value,
+            Some(Field::Across(carried, range)) => {
+                let (centre, exponent) = (self.centre(u), self.subject.exponent);
+                clamp(self.corners().exact_value(carried, span, centre, exponent), range)
+            }
+            Some(Field::Affine(Affine { range, .. }) | Field::W(range)) => {
+                let value = self.gradients.exact_value(self.subject, quantity, u, self.v);
+                clamp(value.unwrap_or_else(|| self.nearest_corner(quantity, u)), range)
+            }
+        }
     }
 
-    /// The value at the clipped vertex nearest to the pixel's centre; of two, at the least by
-    /// position.
-    fn nearest_corner(&mut self, quantity: Quantity, u: i32) -> f32 {
-        let [anchor_x, anchor_y] = self.gradients.anchor.pixel;
-        let centre = [u + anchor_x, self.v + anchor_y].map(|c| f64::from(c) + 0.5);
-        let subject = self.subject;
-        let clipper = &mut *self.clipper;
+    /// The clipped polygon with all its attributes.
+    fn corners(&mut self) -> Corners<'_> {
+        let (subject, clipper) = (self.subject, &mut *self.clipper);
         let (arrays, screen) = self.corners.get_or_insert_with(|| {
-            let attributes = subject.polygon.attribute_count();
+            let attributes = subject.wanted.attributes;
             let mut arrays = VertexArrays::new(attributes);
+            for k in 0..attributes {
+                if subject.interpolation_of(k) == Interpolation::NoPerspective {
+                    arrays.set_noperspective(k);
+                }
+            }
             for i in 0..subject.positions.len() {
                 let values = (0..attributes).map(|k| f64::from(subject.polygon.attribute(i, k)));
                 arrays.push(subject.positions.position(i), values);
@@ -212,27 +255,32 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
             }
             (arrays, screen)
         });
+        Corners { arrays, screen }
+    }
+
+    /// The value at the clipped vertex nearest to the pixel's centre; of two, at the least by
+    /// position.
+    fn nearest_corner(&mut self, quantity: Quantity, u: i32) -> f32 {
+        let (centre, subject) = (self.centre(u), self.subject);
+        let Corners { arrays, screen } = self.corners();
         let distance = |vertex: &ScreenVertex| {
             let [x, y] = [0, 1].map(|k| vertex.framebuffer[k] - centre[k]);
             x * x + y * y
         };
         let order = |a: &&ScreenVertex, b: &&ScreenVertex| {
             let position = |v: &ScreenVertex| arrays.position(v.vertex as usize);
-            distance(a).total_cmp(&distance(b)).then_with(|| {
-                position(a).partial_cmp(&position(b)).unwrap_or(core::cmp::Ordering::Equal)
-            })
+            distance(a)
+                .total_cmp(&distance(b))
+                .then_with(|| position(a).partial_cmp(&position(b)).unwrap_or(Ordering::Equal))
         };
         let Some(nearest) = screen.iter().min_by(order) else { return 0.0 };
         let i = nearest.vertex as usize;
-        let [_, _, z, w] = arrays.position(i);
-        let scale = crate::fixed::power_of_two(subject.exponent);
+        let [_, _, _, w] = arrays.position(i);
+        let scale = power_of_two(subject.exponent);
         nearest_f32(match quantity {
             Quantity::W => w * scale,
             Quantity::InvW => 1.0 / (w * scale),
-            Quantity::Depth => match subject.viewport.depth_range() {
-                DepthRange::ZeroToOne => z / w,
-                DepthRange::MinusOneToOne => (z + w) / 2.0 / w,
-            },
+            Quantity::Depth => subject.depth_numerator(arrays.position(i)) / w,
             Quantity::Attribute(k) => arrays.attributes(i)[k],
         })
     }
@@ -246,8 +294,9 @@ fn round(value: &Wide, error: &Wide, range: [f32; 2], out: &mut [f32; BLOCK]) ->
     for lane in 0..BLOCK {
         // The bound is of first order, and the sums below round too.
         let error = error[lane] * 1.01 + 3.0 * U * value[lane].abs();
-        let low = clamp(nearest_f32(value[lane] - error), range);
-        let high = clamp(nearest_f32(value[lane] + error), range);
+        // An exact zero is +0: the last addition turns the sign of a negative one.
+        let low = clamp(nearest_f32(value[lane] - error + 0.0), range);
+        let high = clamp(nearest_f32(value[lane] + error + 0.0), range);
         out[lane] = low;
         let same = low.to_bits() == high.to_bits() && error < f64::INFINITY;
         certain |= u16::from(same) << lane;

@@ -7,9 +7,9 @@ use crate::depth::{DepthSource, DepthTest};
 use crate::divide::{ScreenVertex, divide, snapped_area};
 use crate::edge::{Outline, Span};
 use crate::fixed::{exponent_of, power_of_two};
-use crate::gradient::{ConstantAlong, Field, Gradients, Quantity, Subject};
+use crate::gradient::{ConstantAlong, Field, Gradients, Quantity, Subject, Wanted};
 use crate::polygon::Polygon;
-use crate::shade::{BLOCK, Block, Shader};
+use crate::shade::{BLOCK, Block, Inputs, Shader};
 use crate::space::{PixelRect, Viewport};
 use crate::span::SpanWalker;
 use crate::stats::Stats;
@@ -255,6 +255,8 @@ impl Tiler {
         let columns = spans.iter().fold([i32::MAX, i32::MIN], |[low, high], span| {
             [low.min(span.start), high.max(span.end - 1)]
         });
+        let test = depth.is_some().then_some(self.depth_test);
+        let source = test.map(|test| test.source);
         let pixels = spans.iter().map(|span| u64::from(span.end.abs_diff(span.start))).sum();
         let subject = Subject {
             polygon,
@@ -266,13 +268,14 @@ impl Tiler {
             columns: columns.map(|c| c + corner.x0),
             rows: [first.row, last.row].map(|r| r + corner.y0),
             pixels,
+            wanted: Wanted {
+                depth: S::INPUTS.depth || source == Some(DepthSource::Z),
+                inv_w: S::INPUTS.inv_w || source == Some(DepthSource::InvW),
+                w: S::INPUTS.w,
+                attributes: polygon.attribute_count().min(S::INPUTS.attributes),
+            },
         };
-        let test = depth.is_some().then_some(self.depth_test);
-        let used = polygon.attribute_count().min(S::INPUTS.attributes);
-        let with_depth = S::INPUTS.depth || test.is_some_and(|test| test.source == DepthSource::Z);
-        let with_inv_w =
-            S::INPUTS.inv_w || test.is_some_and(|test| test.source == DepthSource::InvW);
-        gradients.set(&subject, used, with_depth, with_inv_w);
+        gradients.set(&subject);
         match gradients.constant {
             ConstantAlong::Nothing => {}
             ConstantAlong::Polygon => self.stats.constant_w.polygon += 1,
@@ -282,7 +285,7 @@ impl Tiler {
         attributes.clear();
         attributes.extend(gradients.attributes.iter().map(|field| match field {
             Field::Constant(value) => [*value; BLOCK],
-            Field::Affine(_) => [0.0; BLOCK],
+            _ => [0.0; BLOCK],
         }));
 
         // 7. Spans: the X loop; depth, then attributes, then the shader, block by block.
@@ -302,12 +305,12 @@ impl Tiler {
                 let run = TargetRun { x, y: target_y, origin_x: self.origin[0] };
                 let mut mask = covered;
                 if let (Some(test), Some(buffer)) = (test, depth.as_deref_mut()) {
-                    let tested = lanes.tested(&mut walker, test.source, mask);
+                    let tested = lanes.tested(&mut walker, test.source, span, mask);
                     mask &= run.passing(buffer, mask, tested, test);
                 }
                 self.stats.pixels_shaded += u64::from(mask.count_ones());
                 if mask != 0 {
-                    lanes.find::<S, V>(&mut walker, test, mask);
+                    lanes.find(&mut walker, S::INPUTS, source, span, mask);
                     let block = lanes.block(x, y, mask);
                     let mut pixels = [S::Pixel::default(); BLOCK];
                     let kept = shader.shade(&block, &mut pixels) & mask;
@@ -410,36 +413,38 @@ impl Lanes<'_> {
         &mut self,
         walker: &mut SpanWalker<'_, V>,
         source: DepthSource,
+        span: &Span,
         mask: u16,
     ) -> &[f32; BLOCK] {
         let (quantity, lanes) = match source {
             DepthSource::Z => (Quantity::Depth, &mut self.depth),
             DepthSource::InvW => (Quantity::InvW, &mut self.inv_w),
         };
-        walker.evaluate(quantity, mask, lanes);
+        walker.evaluate(quantity, span, mask, lanes);
         lanes
     }
 
     /// Everything that the shader reads and the depth test has not found.
-    fn find<S: Shader, V: Polygon + ?Sized>(
+    fn find<V: Polygon + ?Sized>(
         &mut self,
         walker: &mut SpanWalker<'_, V>,
-        test: Option<DepthTest>,
+        inputs: Inputs,
+        tested: Option<DepthSource>,
+        span: &Span,
         mask: u16,
     ) {
-        let found = test.map(|test| test.source);
-        if S::INPUTS.depth && found != Some(DepthSource::Z) {
-            walker.evaluate(Quantity::Depth, mask, &mut self.depth);
+        if inputs.depth && tested != Some(DepthSource::Z) {
+            walker.evaluate(Quantity::Depth, span, mask, &mut self.depth);
         }
-        if S::INPUTS.inv_w && found != Some(DepthSource::InvW) {
-            walker.evaluate(Quantity::InvW, mask, &mut self.inv_w);
+        if inputs.inv_w && tested != Some(DepthSource::InvW) {
+            walker.evaluate(Quantity::InvW, span, mask, &mut self.inv_w);
         }
-        if S::INPUTS.w {
-            walker.evaluate(Quantity::W, mask, &mut self.w);
+        if inputs.w {
+            walker.evaluate(Quantity::W, span, mask, &mut self.w);
         }
         for (k, lanes) in self.attributes.iter_mut().enumerate() {
             if !walker.is_constant(k) {
-                walker.evaluate(Quantity::Attribute(k), mask, lanes);
+                walker.evaluate(Quantity::Attribute(k), span, mask, lanes);
             }
         }
     }

@@ -16,6 +16,7 @@
 //! a w that is equal everywhere makes exactly 0. The derivation of the bounds is in
 //! docs/precision.md, "Set-up".
 
+use super::triple::{cross, exact_cross, sub};
 use crate::exact::Dyadic;
 use crate::fixed::{FixedPlane, exponent_of, power_of_two};
 use crate::space::Viewport;
@@ -241,19 +242,8 @@ pub(crate) fn exact_to_fixed(linear: &[Dyadic; 3], reach: Reach) -> (FixedPlane,
     (FixedPlane { c, d_dx, d_dy, fraction_bits }, reach.units())
 }
 
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-pub(crate) use super::triple::cross;
-
 fn exact_sub(a: &[Dyadic; 3], b: &[Dyadic; 3]) -> [Dyadic; 3] {
     core::array::from_fn(|k| a[k].sub(&b[k]))
-}
-
-pub(crate) fn exact_cross(a: &[Dyadic; 3], b: &[Dyadic; 3]) -> [Dyadic; 3] {
-    let minor = |i: usize, j: usize| a[i].mul(&b[j]).sub(&a[j].mul(&b[i]));
-    [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
 fn exact_dot(a: &[Dyadic; 3], b: &[Dyadic; 3]) -> Dyadic {

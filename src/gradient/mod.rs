@@ -13,12 +13,15 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::cmp::Ordering;
 
+use crate::across::Carried;
 use crate::clip::VertexArrays;
 use crate::exact::{Dyadic, round_quotient};
 use crate::fixed::{FixedPlane, power_of_two};
 use crate::polygon::Polygon;
 use crate::space::{DepthRange, Viewport};
 use crate::varying::{CANONICAL_NAN, Interpolation};
+
+use triple::AffineFrame;
 
 use frame::{Anchor, ExactFrame, Frame, Reach, U, exact_at, exact_to_fixed};
 
@@ -29,6 +32,10 @@ pub(crate) enum Field {
     Constant(f32),
     /// base + D/Q, or base + D/det.
     Affine(Affine),
+    /// det/Q, clamped to the range: w itself.
+    W([f32; 2]),
+    /// Not affine: along the edges and across the span; clamped to the range.
+    Across(Carried, [f32; 2]),
 }
 
 /// A quantity that is base + D `scale` / Q or, if not `over_w`, base + D `scale`.
@@ -81,16 +88,39 @@ pub(crate) struct Subject<'a, V: ?Sized> {
     pub(crate) rows: [i32; 2],
     /// How many they are.
     pub(crate) pixels: u64,
+    /// Which quantities are wanted.
+    pub(crate) wanted: Wanted,
+}
+
+/// Which quantities a polygon is drawn for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wanted {
+    pub(crate) depth: bool,
+    pub(crate) inv_w: bool,
+    pub(crate) w: bool,
+    /// The first so many, of as many as there are.
+    pub(crate) attributes: usize,
+}
+
+/// What the tests of flatness found.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    /// The plane of (x, y, w), and that of the framebuffer where all w > 0; nothing for a
+    /// triangle's, over which everything is affine.
+    plane: Option<AffineFrame>,
+    framebuffer: Option<AffineFrame>,
+    flat: bool,
+    in_front: bool,
 }
 
 impl<V: Polygon + ?Sized> Subject<'_, V> {
     /// How attribute `k` is interpolated.
-    fn interpolation_of(&self, k: usize) -> Interpolation {
+    pub(crate) fn interpolation_of(&self, k: usize) -> Interpolation {
         self.interpolation.get(k).copied().unwrap_or_default()
     }
 
     /// z as depth has it, before the division.
-    fn depth_numerator(&self, [_, _, z, w]: [f64; 4]) -> f64 {
+    pub(crate) fn depth_numerator(&self, [_, _, z, w]: [f64; 4]) -> f64 {
         match self.viewport.depth_range() {
             DepthRange::ZeroToOne => z,
             DepthRange::MinusOneToOne => (z + w) / 2.0,
@@ -111,13 +141,13 @@ pub(crate) struct Gradients {
     pub(crate) q: FixedPlane,
     pub(crate) q_error: f64,
     pub(crate) q_sign: f64,
-    /// w times the units of Q, the relative error of det, and the range of w.
+    /// w times the units of Q, and the relative error of det.
     pub(crate) w_scale: f64,
     pub(crate) det_relative_error: f64,
-    pub(crate) w_range: [f32; 2],
     pub(crate) constant: ConstantAlong,
     pub(crate) depth: Option<Field>,
     pub(crate) inv_w: Option<Field>,
+    pub(crate) w: Option<Field>,
     pub(crate) attributes: Vec<Field>,
 }
 
@@ -136,17 +166,12 @@ enum Source<'a> {
 }
 
 impl Gradients {
-    /// Sets up the first `attributes` attributes of `subject`, and depth and 1/w if asked for.
-    pub(crate) fn set<V: Polygon + ?Sized>(
-        &mut self,
-        subject: &Subject<'_, V>,
-        attributes: usize,
-        with_depth: bool,
-        with_inv_w: bool,
-    ) {
+    /// Sets up what is wanted of `subject`.
+    pub(crate) fn set<V: Polygon + ?Sized>(&mut self, subject: &Subject<'_, V>) {
         self.triple = triple::choose(subject.positions, subject.polygon);
         self.corners = self.triple.map(|i| subject.positions.position(i));
         self.exact = None;
+        let shape = self.shape(subject);
         let middle = [subject.columns, subject.rows].map(|[first, last]| first.midpoint(last));
         self.anchor = Anchor::new(subject.viewport, middle);
         let reach =
@@ -155,8 +180,7 @@ impl Gradients {
             Reach { u: reach(subject.columns, middle[0]), v: reach(subject.rows, middle[1]) };
 
         let frame = Frame::new(&self.anchor, self.corners);
-        let share =
-            self.fill(subject, &Source::Near(&frame), reach, attributes, with_depth, with_inv_w);
+        let share = self.fill(subject, &shape, &Source::Near(&frame), reach);
         #[expect(clippy::cast_precision_loss, reason = "an estimate")]
         let ambiguous = share * subject.pixels as f64;
         // Also where the bound is no number.
@@ -167,17 +191,23 @@ impl Gradients {
                 (self.q_sign, self.det_relative_error) = (0.0, f64::NAN);
                 self.constant = ConstantAlong::Nothing;
             } else {
-                self.fill(
-                    subject,
-                    &Source::Exact(&frame),
-                    reach,
-                    attributes,
-                    with_depth,
-                    with_inv_w,
-                );
+                self.fill(subject, &shape, &Source::Exact(&frame), reach);
             }
             self.exact = Some(Box::new(frame));
         }
+    }
+
+    /// Is it flat, and what would have to be affine over what?
+    fn shape<V: ?Sized>(&self, subject: &Subject<'_, V>) -> Shape {
+        let positions = subject.positions;
+        let in_front = (0..positions.len()).all(|i| positions.position(i)[3] > 0.0);
+        if positions.len() == 3 {
+            return Shape { plane: None, framebuffer: None, flat: true, in_front };
+        }
+        let plane = AffineFrame::new(self.triple, |i| triple::projective(positions, i));
+        let framebuffer =
+            in_front.then(|| AffineFrame::new(self.triple, |i| triple::divided(positions, i)));
+        Shape { plane: Some(plane), framebuffer, flat: plane.is_flat(positions), in_front }
     }
 
     /// Everything from one source; returns how many values a pixel has, at the most, for which
@@ -185,11 +215,9 @@ impl Gradients {
     fn fill<V: Polygon + ?Sized>(
         &mut self,
         subject: &Subject<'_, V>,
+        shape: &Shape,
         source: &Source<'_>,
         reach: Reach,
-        attributes: usize,
-        with_depth: bool,
-        with_inv_w: bool,
     ) -> f64 {
         let (det, det_error) = self.fill_q(source, reach);
         self.det_relative_error = det_error / det.abs() + 2.0 * U;
@@ -199,14 +227,20 @@ impl Gradients {
         let scale = power_of_two(subject.exponent);
         self.w_scale = det * power_of_two(self.q.fraction_bits) * scale;
         let [w_low, w_high] = subject.clipped_w;
-        self.w_range = [w_low * scale, w_high * scale].map(nearest_f32);
         // det/w in the units of Q where w is greatest.
         let least_q = det.abs() / w_high * power_of_two(self.q.fraction_bits);
         // A sum, so that what is no number stays none.
         let mut ambiguous = self.q_error / least_q + self.det_relative_error;
 
-        self.inv_w = with_inv_w.then(|| {
-            let range = [1.0 / (w_high * scale), 1.0 / (w_low * scale)].map(nearest_f32);
+        let wanted = subject.wanted;
+        let range = [w_low * scale, w_high * scale].map(nearest_f32);
+        self.w = wanted.w.then_some(if shape.flat {
+            Field::W(range)
+        } else {
+            Field::Across(Carried::W, range)
+        });
+        let range = [1.0 / (w_high * scale), 1.0 / (w_low * scale)].map(nearest_f32);
+        self.inv_w = wanted.inv_w.then_some(if shape.flat {
             Field::Affine(Affine {
                 plane: self.q,
                 base: 0.0,
@@ -215,72 +249,119 @@ impl Gradients {
                 over_w: false,
                 range,
             })
+        } else {
+            Field::Across(Carried::InvW, range)
         });
-        self.depth = with_depth.then(|| {
-            let z = self.corners.map(|p| subject.depth_numerator(p));
-            let size = z.iter().fold(0.0, |a: f64, z| a.max(z.abs()));
-            let rounding = match subject.viewport.depth_range() {
-                DepthRange::ZeroToOne => 2.0,
-                DepthRange::MinusOneToOne => 4.0,
-            };
-            let near = |frame: &Frame| {
-                let differences = [z[0], z[1] - z[0], z[2] - z[0]];
-                frame.combine(differences, rounding * U * size).to_fixed(reach)
-            };
-            let exactly = |frame: &ExactFrame| {
-                exact_to_fixed(&frame.combine(&self.exact_depths(subject)), reach)
-            };
-            let (plane, error) = linear(source, near, exactly);
-            let scale = power_of_two(-plane.fraction_bits) / det;
-            let error = error * scale.abs();
-            // Against the depth in the middle, for want of a least one.
-            ambiguous += error / (widen(plane.c) * scale).abs().max(1e-12);
-            Field::Affine(Affine {
-                plane,
-                base: 0.0,
-                scale,
-                error,
-                over_w: false,
-                range: [0.0, 1.0],
-            })
+        self.depth = wanted.depth.then(|| {
+            if shape.flat {
+                let (depth, error) = self.depth_field(subject, source, reach, det);
+                ambiguous += error;
+                depth
+            } else {
+                let range = subject.viewport.depth_range();
+                Field::Across(Carried::Depth(range), [0.0, 1.0])
+            }
         });
-
         self.attributes.clear();
-        for k in 0..attributes {
+        for k in 0..wanted.attributes {
             let field = match self.constant_attribute(subject, k) {
                 Ok(value) => Field::Constant(value),
-                Err(range) => {
-                    let over_w = subject.interpolation_of(k) == Interpolation::Perspective;
-                    let values = self.triple.map(|i| f64::from(subject.polygon.attribute(i, k)));
-                    let near = |frame: &Frame| {
-                        let [b, c] = [1, 2].map(|i| {
-                            let weight = if over_w { 1.0 } else { self.corners[i][3] };
-                            weight * (values[i] - values[0])
-                        });
-                        let size = b.abs().max(c.abs());
-                        frame.combine([0.0, b, c], 3.0 * U * size).to_fixed(reach)
-                    };
-                    let exactly = |frame: &ExactFrame| {
-                        let mut parts = self.exact_values(values, over_w);
-                        parts[0] = Dyadic::default();
-                        exact_to_fixed(&frame.combine(&parts), reach)
-                    };
-                    let (plane, error) = linear(source, near, exactly);
-                    let scale = if over_w {
-                        power_of_two(self.q.fraction_bits - plane.fraction_bits)
-                    } else {
-                        power_of_two(-plane.fraction_bits) / det
-                    };
-                    let error = error * scale.abs();
-                    let size = f64::from(range[0].abs().max(range[1].abs()));
-                    let largest = if over_w { error / least_q } else { error };
-                    ambiguous += largest / size;
-                    Field::Affine(Affine { plane, base: values[0], scale, error, over_w, range })
-                }
+                Err(range) => match self.carried_across(subject, shape, k, range) {
+                    Some(carried) => Field::Across(carried, range),
+                    None => {
+                        let affine = self.attribute_field(subject, source, reach, det, k, range);
+                        let size = f64::from(range[0].abs().max(range[1].abs()));
+                        let least = if affine.over_w { least_q } else { 1.0 };
+                        ambiguous += affine.error / least / size;
+                        Field::Affine(affine)
+                    }
+                },
             };
             self.attributes.push(field);
         }
         ambiguous * AMBIGUITY
+    }
+
+    /// Depth over a flat polygon, and its error relative to the depth in the middle, for want
+    /// of a least one.
+    fn depth_field<V: Polygon + ?Sized>(
+        &self,
+        subject: &Subject<'_, V>,
+        source: &Source<'_>,
+        reach: Reach,
+        det: f64,
+    ) -> (Field, f64) {
+        let near = |frame: &Frame| {
+            let z = self.corners.map(|p| subject.depth_numerator(p));
+            let size = z.iter().fold(0.0, |a: f64, z| a.max(z.abs()));
+            // The sum and the difference, each rounded.
+            frame.combine([z[0], z[1] - z[0], z[2] - z[0]], 4.0 * U * size).to_fixed(reach)
+        };
+        let exactly =
+            |frame: &ExactFrame| exact_to_fixed(&frame.combine(&self.exact_depths(subject)), reach);
+        let (plane, error) = linear(source, near, exactly);
+        let scale = power_of_two(-plane.fraction_bits) / det;
+        let error = error * scale.abs();
+        let middle = (widen(plane.c) * scale).abs();
+        let field = Affine { plane, base: 0.0, scale, error, over_w: false, range: [0.0, 1.0] };
+        (Field::Affine(field), error / middle.max(1e-12))
+    }
+
+    /// Attribute `k`, which is affine and not constant.
+    fn attribute_field<V: Polygon + ?Sized>(
+        &self,
+        subject: &Subject<'_, V>,
+        source: &Source<'_>,
+        reach: Reach,
+        det: f64,
+        k: usize,
+        range: [f32; 2],
+    ) -> Affine {
+        let over_w = subject.interpolation_of(k) == Interpolation::Perspective;
+        let values = self.triple.map(|i| f64::from(subject.polygon.attribute(i, k)));
+        let near = |frame: &Frame| {
+            let [b, c] = [1, 2].map(|i| {
+                let weight = if over_w { 1.0 } else { self.corners[i][3] };
+                weight * (values[i] - values[0])
+            });
+            frame.combine([0.0, b, c], 3.0 * U * b.abs().max(c.abs())).to_fixed(reach)
+        };
+        let exactly = |frame: &ExactFrame| {
+            let [_, b, c] = self.exact_values(values, over_w);
+            exact_to_fixed(&frame.combine(&[Dyadic::default(), b, c]), reach)
+        };
+        let (plane, error) = linear(source, near, exactly);
+        let scale = if over_w {
+            power_of_two(self.q.fraction_bits - plane.fraction_bits)
+        } else {
+            power_of_two(-plane.fraction_bits) / det
+        };
+        Affine { plane, base: values[0], scale, error: error * scale.abs(), over_w, range }
+    }
+
+    /// How attribute `k`, which is not constant, runs if it is not affine.
+    fn carried_across<V: Polygon + ?Sized>(
+        &self,
+        subject: &Subject<'_, V>,
+        shape: &Shape,
+        k: usize,
+        range: [f32; 2],
+    ) -> Option<Carried> {
+        let positions = subject.positions;
+        let value = |i: usize| f64::from(subject.polygon.attribute(i, k));
+        let range = f64::from(range[1]) - f64::from(range[0]);
+        let n = positions.len();
+        if subject.interpolation_of(k) == Interpolation::Perspective {
+            let point = |i: usize| triple::projective(positions, i);
+            let affine = shape.flat
+                && shape.plane.is_none_or(|plane| plane.is_affine(n, range, point, value));
+            (!affine).then_some(Carried::Perspective(k))
+        } else {
+            let point = |i: usize| triple::divided(positions, i);
+            let affine = shape.in_front
+                && shape.framebuffer.is_none_or(|plane| plane.is_affine(n, range, point, value));
+            (!affine).then_some(Carried::Linear(k))
+        }
     }
 
     /// Q in fixed point, and what is constant; returns det and its error.
@@ -408,18 +489,13 @@ impl Gradients {
         })
     }
 
-    /// What `quantity` is clamped to.
-    pub(crate) fn range(&self, quantity: Quantity) -> [f32; 2] {
-        let field = match quantity {
+    /// How `quantity` runs, if it was asked for.
+    pub(crate) fn field(&self, quantity: Quantity) -> Option<Field> {
+        match quantity {
             Quantity::Depth => self.depth,
             Quantity::InvW => self.inv_w,
-            Quantity::W => return self.w_range,
+            Quantity::W => self.w,
             Quantity::Attribute(k) => self.attributes.get(k).copied(),
-        };
-        match field {
-            Some(Field::Affine(affine)) => affine.range,
-            Some(Field::Constant(value)) => [value; 2],
-            None => [f32::NEG_INFINITY, f32::INFINITY],
         }
     }
 

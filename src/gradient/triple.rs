@@ -29,13 +29,14 @@ pub(crate) fn choose<V: Polygon + ?Sized>(positions: &VertexArrays, polygon: &V)
     let less = |i: &usize, j: &usize| compare_vertices(positions, polygon, *i, *j);
     let a = (0..n).min_by(less).unwrap_or(0);
     let pa = projective(positions, a);
-    let greatest = |measure: &dyn Fn(usize) -> (f64, f64), exact: &dyn Fn(usize) -> Dyadic| {
+    let exact = |p: [f64; 3]| p.map(Dyadic::from_f64);
+    let greatest = |measure: &dyn Fn(usize) -> (f64, f64), surely: &dyn Fn(usize) -> Dyadic| {
         (0..n).reduce(|best, i| {
             let ((m, em), (b, eb)) = (measure(i), measure(best));
             let order = if (m - b).abs() > em + eb {
                 m.total_cmp(&b)
             } else {
-                exact(i).compare(&exact(best))
+                surely(i).compare(&surely(best))
             };
             match order.then_with(|| less(&best, &i)) {
                 Ordering::Greater => i,
@@ -46,7 +47,7 @@ pub(crate) fn choose<V: Polygon + ?Sized>(positions: &VertexArrays, polygon: &V)
     let b = greatest(
         &|i| length_squared(cross(pa, projective(positions, i)), pa, projective(positions, i)),
         &|i| {
-            let [x, y, w] = exact_cross(pa, projective(positions, i));
+            let [x, y, w] = exact_cross(&exact(pa), &exact(projective(positions, i)));
             x.mul(&x).add(&y.mul(&y)).add(&w.mul(&w))
         },
     )
@@ -62,8 +63,8 @@ pub(crate) fn choose<V: Polygon + ?Sized>(positions: &VertexArrays, polygon: &V)
             (det.abs(), bound)
         },
         &|i| {
-            let p = projective(positions, i).map(Dyadic::from_f64);
-            let [x, y, w] = exact_cross(pa, pb);
+            let p = exact(projective(positions, i));
+            let [x, y, w] = exact_cross(&exact(pa), &exact(pb));
             let det = x.mul(&p[0]).add(&y.mul(&p[1])).add(&w.mul(&p[2]));
             if det.sign() == Ordering::Less { det.neg() } else { det }
         },
@@ -78,12 +79,17 @@ pub(crate) fn projective(positions: &VertexArrays, i: usize) -> [f64; 3] {
     [x, y, w]
 }
 
+/// (x/w, y/w, 1) of vertex `i`: its place in the framebuffer, but for the viewport.
+pub(crate) fn divided(positions: &VertexArrays, i: usize) -> [f64; 3] {
+    let [x, y, _, w] = positions.position(i);
+    [x / w, y / w, 1.0]
+}
+
 pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-fn exact_cross(a: [f64; 3], b: [f64; 3]) -> [Dyadic; 3] {
-    let (a, b) = (a.map(Dyadic::from_f64), b.map(Dyadic::from_f64));
+pub(crate) fn exact_cross(a: &[Dyadic; 3], b: &[Dyadic; 3]) -> [Dyadic; 3] {
     let minor = |i: usize, j: usize| a[i].mul(&b[j]).sub(&a[j].mul(&b[i]));
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
@@ -116,10 +122,10 @@ fn compare_vertices<V: Polygon + ?Sized>(
     })
 }
 
-/// The affine coordinates of every vertex in the plane of a, b, c, as far as the tests of
-/// flatness need them.
+/// Affine coordinates in the plane of three points, as far as the tests of flatness need them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AffineFrame {
+    triple: [usize; 3],
     a: [f64; 3],
     edges: [[f64; 3]; 2],
     normal: [f64; 3],
@@ -127,11 +133,12 @@ pub(crate) struct AffineFrame {
 }
 
 impl AffineFrame {
-    pub(crate) fn new(positions: &VertexArrays, triple: [usize; 3]) -> Self {
-        let [a, b, c] = triple.map(|i| projective(positions, i));
+    /// The plane of the points `point(i)` for the vertices i of `triple`.
+    pub(crate) fn new(triple: [usize; 3], point: impl Fn(usize) -> [f64; 3]) -> Self {
+        let [a, b, c] = triple.map(point);
         let edges = [sub(b, a), sub(c, a)];
         let normal = cross(edges[0], edges[1]);
-        Self { a, edges, normal, normal_squared: dot(normal, normal) }
+        Self { triple, a, edges, normal, normal_squared: dot(normal, normal) }
     }
 
     /// (beta, gamma) of p = a + beta (b - a) + gamma (c - a), and the square of p's distance
@@ -144,53 +151,51 @@ impl AffineFrame {
         ([beta, gamma], height * height / self.normal_squared)
     }
 
-    /// Is every vertex within the tolerance of the plane, and z affine over it? A polygon whose
-    /// a, b, c are collinear has no plane to be off.
-    pub(crate) fn is_flat(&self, positions: &VertexArrays, triple: [usize; 3]) -> bool {
+    /// By how much the value at vertex `i`, which lies at `p`, differs from that of the affine
+    /// function through the triple's.
+    fn deviation(&self, i: usize, p: [f64; 3], value: &impl Fn(usize) -> f64) -> f64 {
+        let [sa, sb, sc] = self.triple.map(value);
+        let ([beta, gamma], _) = self.coordinates(p);
+        (sa + beta * (sb - sa) + gamma * (sc - sa) - value(i)).abs()
+    }
+
+    /// Is every vertex within the tolerance of the plane, and z affine over it? Points that are
+    /// collinear, or lie on a line through the eye, have no plane to be off.
+    pub(crate) fn is_flat(&self, positions: &VertexArrays) -> bool {
         if self.normal_squared == 0.0 {
             return true;
         }
-        let corner = |pick: fn(f64, f64) -> f64, start: f64| {
-            (0..positions.len()).fold([start; 4], |corner, i| {
-                let p = positions.position(i);
-                [0, 1, 2, 3].map(|k| pick(corner[k], p[k]))
-            })
-        };
-        let (low, high) = (corner(f64::min, f64::INFINITY), corner(f64::max, f64::NEG_INFINITY));
-        let sides = [0, 1, 2, 3].map(|k| high[k] - low[k]);
-        let diameter_squared: f64 = sides.iter().map(|side| side * side).sum();
-        let tolerance_squared = FLATNESS * FLATNESS * diameter_squared;
-        let [za, zb, zc] = triple.map(|i| positions.position(i)[2]);
+        let (mut low, mut high) = (positions.position(0), positions.position(0));
+        for i in 1..positions.len() {
+            let p = positions.position(i);
+            low = core::array::from_fn(|k| low[k].min(p[k]));
+            high = core::array::from_fn(|k| high[k].max(p[k]));
+        }
+        let diameter_squared: f64 = (0..4).map(|k| (high[k] - low[k]) * (high[k] - low[k])).sum();
+        let tolerance = FLATNESS * FLATNESS * diameter_squared;
+        let z = |i: usize| positions.position(i)[2];
         (0..positions.len()).all(|i| {
-            let ([beta, gamma], distance_squared) = self.coordinates(projective(positions, i));
-            let z = za + beta * (zb - za) + gamma * (zc - za);
-            let off = z - positions.position(i)[2];
-            distance_squared <= tolerance_squared && off * off <= tolerance_squared
+            let p = projective(positions, i);
+            let off = self.deviation(i, p, &z);
+            self.coordinates(p).1 <= tolerance && off * off <= tolerance
         })
     }
 
-    /// Is the quantity that is `value(i)` at vertex i affine over the plane, within the
-    /// tolerance of its `range`?
+    /// Is `value(i)`, at the points `point(i)` of `n` vertices, affine within the tolerance of
+    /// its `range`?
     pub(crate) fn is_affine(
         &self,
-        positions: &VertexArrays,
-        triple: [usize; 3],
+        n: usize,
         range: f64,
+        point: impl Fn(usize) -> [f64; 3],
         value: impl Fn(usize) -> f64,
     ) -> bool {
-        if self.normal_squared == 0.0 {
-            return true;
-        }
-        let [sa, sb, sc] = triple.map(&value);
-        (0..positions.len()).all(|i| {
-            let ([beta, gamma], _) = self.coordinates(projective(positions, i));
-            let s = sa + beta * (sb - sa) + gamma * (sc - sa);
-            (s - value(i)).abs() <= FLATNESS * range
-        })
+        self.normal_squared == 0.0
+            || (0..n).all(|i| self.deviation(i, point(i), &value) <= FLATNESS * range)
     }
 }
 
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(crate) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
