@@ -198,6 +198,15 @@ impl Shape {
         shape
     }
 
+    /// Gives all vertices the first one's values of flat attributes.
+    fn even_out(&mut self, interpolation: &[Interpolation]) {
+        for (k, how) in interpolation.iter().enumerate().take(self.count) {
+            if let (Interpolation::Flat, Some(value)) = (how, self.attributes.get(k).copied()) {
+                self.attributes.iter_mut().skip(k).step_by(self.count).for_each(|a| *a = value);
+            }
+        }
+    }
+
     /// Vertex `first` first.
     fn rotated(&self, first: usize) -> Self {
         let mut shape = self.clone();
@@ -226,6 +235,12 @@ impl Shape {
     /// Is attribute `k` finite at all vertices?
     fn is_finite(&self, k: usize) -> bool {
         self.column(k).all(f32::is_finite)
+    }
+
+    /// Are two vertices at the same place?
+    fn has_copies(&self) -> bool {
+        let others = |i: usize| &self.positions[..i];
+        self.positions.iter().enumerate().any(|(i, p)| others(i).contains(p))
     }
 
     fn column(&self, k: usize) -> impl Iterator<Item = f32> {
@@ -521,7 +536,8 @@ impl Picture {
 ///   the first vertex's, a NaN is the canonical one;
 /// - a rotated vertex list, all coordinates times a power of two, and a crop give the same
 ///   bits, and so does a tiler that has drawn other things before;
-/// - an attribute that is not finite changes nothing else; nor does leaving them all out;
+/// - an attribute that is not finite changes nothing else (but where vertices at one place have
+///   several values); nor does leaving them all out;
 /// - a polygon that no plane cuts covers the pixels that P1 says, in exact integers.
 pub(crate) fn tiler(data: &[u8]) {
     let bytes = &mut Bytes(data);
@@ -529,18 +545,18 @@ pub(crate) fn tiler(data: &[u8]) {
     let mut tiler = Tiler::new(case.viewport);
     let picture = case.draw(&mut tiler);
 
+    // What is flat follows the first vertex: there, let all vertices have its values.
+    let mut evened = case.clone();
+    for shape in &mut evened.shapes {
+        shape.even_out(&case.interpolation);
+    }
     let first = 1 + usize::from(bytes.below(7));
-    let mut rotated = case.clone();
+    let mut rotated = evened.clone();
     for shape in &mut rotated.shapes {
-        for k in 0..shape.count {
-            if case.interpolation(k) == Interpolation::Flat && !shape.positions.is_empty() {
-                let value = shape.attributes[k];
-                shape.attributes[k..].iter_mut().step_by(shape.count).for_each(|a| *a = value);
-            }
-        }
         *shape = shape.rotated(first);
     }
-    picture.must_equal(&rotated.draw(&mut tiler), "another first vertex");
+    let evened = evened.draw(&mut tiler);
+    evened.must_equal(&rotated.draw(&mut tiler), "another first vertex");
 
     let factor = 2.0_f64.powi(bytes.pick(&[-120, -60, -30, -3, -1, 1, 2, 40, 60, 120]));
     let scaled: Option<Vec<Shape>> = case.shapes.iter().map(|s| s.scaled(factor)).collect();
@@ -557,12 +573,14 @@ pub(crate) fn tiler(data: &[u8]) {
     let crop = Case { origin, size: (size[0], size[1]), ..case.clone() };
     picture.crop(x, y, size[0], size[1]).must_equal(&crop.draw(&mut tiler), "a crop");
 
+    // Of vertices at one place with several values, all attributes say which one counts.
+    let ambiguous = case.shapes.iter().any(Shape::has_copies);
     for k in 0..case.shapes[0].count {
-        if !case.shapes.iter().all(|shape| shape.is_finite(k)) {
+        if !ambiguous && !case.shapes.iter().all(|shape| shape.is_finite(k)) {
             let mut healed = case.clone();
             for shape in &mut healed.shapes {
-                let count = shape.count;
-                shape.attributes.iter_mut().skip(k).step_by(count).for_each(|a| *a = 0.5);
+                let column = shape.attributes.iter_mut().skip(k).step_by(shape.count);
+                column.for_each(|a| *a = 0.5);
             }
             let healed = healed.draw(&mut tiler).without(k);
             picture.clone().without(k).must_equal(&healed, "a spoilt attribute");
@@ -582,6 +600,10 @@ pub(crate) fn tiler(data: &[u8]) {
     }
 }
 
+/// A polygon is brought to the size of its largest number: numbers smaller by more than this
+/// are lost.
+const RATIO: f64 = 1e280;
+
 /// Coverage of one polygon against P1, if it is not clipped.
 fn check_coverage(case: &Case, shape: &Shape, tiler: &mut Tiler) {
     case.set_up(tiler);
@@ -591,7 +613,10 @@ fn check_coverage(case: &Case, shape: &Shape, tiler: &mut Tiler) {
     let mut target = Plane::new(&mut data, width, height).expect("long enough");
     let polygon = Strided::new(&shape.positions, &[], 0, 0).expect("no attributes");
     let outcome = tiler.draw(&polygon, &mut Solid(1), &mut target, None);
-    if outcome != Outcome::Drawn || tiler.stats().clipped > 0 {
+    let numbers = || shape.positions.iter().flatten().map(|c| c.abs()).filter(|c| *c > 0.0);
+    let least = numbers().fold(f64::INFINITY, f64::min);
+    let lost = numbers().any(|c| c / RATIO > least);
+    if outcome != Outcome::Drawn || tiler.stats().clipped > 0 || lost {
         return;
     }
     let snapped = snapped(case.viewport, &shape.positions);
