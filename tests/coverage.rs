@@ -13,7 +13,7 @@ use oracle::Poly;
 use oracle::clipper::{self, Side};
 use oracle::coverage::{covered, doubled_area, is_unclipped, snapped};
 use oracle::probe::{self, Sheet, View};
-use oracle::shapes::{self, Scene, Tally, check, look, scenes, unproject};
+use oracle::shapes::{self, Scene, Tally, check, in_range, look, scenes, unproject};
 use proptest::prelude::*;
 
 /// Draws an unclipped polygon, and compares with the oracle pixel by pixel.
@@ -167,7 +167,7 @@ fn coverage_of_a_fan_is_that_of_its_outline() {
                 terms.sum::<f64>()
             };
             let hub = [0, 1, 2, 3].map(mean);
-            let hub = [hub[0], hub[1], hub[2].min(hub[3]), hub[3]];
+            let hub = in_range(hub);
             let whole = snapped(view.viewport, poly);
             let front = doubled_area(&whole) > 0;
             let mut counts = BTreeMap::new();

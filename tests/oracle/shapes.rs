@@ -1,6 +1,6 @@
 //! Strategies that make polygons, viewports and windows, and how properties are run.
 
-use hyperspan::space::{PixelRect, Viewport};
+use hyperspan::space::{DepthRange, PixelRect, Viewport};
 use hyperspan::varying::Interpolation;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, FileFailurePersistence, TestRunner};
@@ -40,6 +40,10 @@ impl Tally {
         self.0.set(self.0.get() + count as u64);
     }
 
+    pub(crate) fn count(&self) -> u64 {
+        self.0.get()
+    }
+
     /// Says how many there were; there must be `least`.
     pub(crate) fn report(&self, what: &str, least: u64) {
         println!("{what}: {}", self.0.get());
@@ -52,11 +56,13 @@ fn side() -> impl Strategy<Value = u32> {
     prop_oneof![Just(1), 2_u32..64, Just(64), 65_u32..1024, Just(1920), Just(8192), 8000_u32..8192]
 }
 
-/// Viewports, most of them with their corner at the origin.
+/// Viewports, most of them with their corner at the origin, and of either range of depth.
 pub(crate) fn viewport() -> impl Strategy<Value = Viewport> {
+    let range = prop_oneof![Just(DepthRange::ZeroToOne), Just(DepthRange::MinusOneToOne)];
     let corner = prop_oneof![3 => Just(0), 1 => -300_i32..300, 1 => -2_000_000_i32..2_000_000];
-    (corner.clone(), corner, side(), side())
-        .prop_map(|(x, y, w, h)| Viewport::new(x, y, w, h).expect("sides up to 8192"))
+    (corner.clone(), corner, side(), side(), range).prop_map(|(x, y, w, h, range)| {
+        Viewport::new(x, y, w, h).expect("sides up to 8192").with_depth_range(range)
+    })
 }
 
 /// Three points in the framebuffer, as pixels from the viewport's corner, for a viewport of
@@ -88,6 +94,12 @@ pub(crate) fn corners(w: u32, h: u32) -> impl Strategy<Value = [[f64; 2]; 3]> {
 pub(crate) fn unproject(viewport: Viewport, at: [f64; 2], depth: f64, w: f64) -> [f64; 4] {
     let (half_w, half_h) = (f64::from(viewport.width()) / 2.0, f64::from(viewport.height()) / 2.0);
     [(at[0] - half_w) / half_w * w, (half_h - at[1]) / half_h * w, depth * w, w]
+}
+
+/// Without the hair by which rounding has put z out of its range.
+pub(crate) fn in_range([x, y, z, w]: [f64; 4]) -> [f64; 4] {
+    let z = z.clamp(-w, w);
+    [x, y, if z < 0.0 && z > -1e-12 * w { 0.0 } else { z }, w]
 }
 
 /// Points of a convex polygon as weights of a triangle's corners: on the ellipse within, at
@@ -166,9 +178,12 @@ pub(crate) fn scenes(exponent: f64) -> impl Strategy<Value = Scene> {
                 // On the plane through the corners, 1/w is linear in the framebuffer.
                 let l = [0, 1, 2].map(|k| b[k] / ws[k]);
                 let sum = l[0] + l[1] + l[2];
-                let depth = mean(&b, &depths).clamp(0.0, 1.0);
-                let clip = unproject(viewport, at, depth, 1.0 / sum);
-                poly.positions.push([clip[0], clip[1], clip[2].min(clip[3]), clip[3]]);
+                let depth = mean(&b, &depths);
+                let depth = match viewport.depth_range() {
+                    DepthRange::ZeroToOne => depth,
+                    DepthRange::MinusOneToOne => 2.0 * depth - 1.0,
+                };
+                poly.positions.push(in_range(unproject(viewport, at, depth, 1.0 / sum)));
                 let value = |v: &Varying| match v.mode {
                     Interpolation::NoPerspective => mean(&b, &v.corners) as f32,
                     _ => (mean(&l, &v.corners) / sum) as f32,

@@ -1,0 +1,361 @@
+//! P2, `Exact`: every value is the correctly rounded one, bit for bit.
+
+#[expect(dead_code, reason = "each test file uses a part of it")]
+mod oracle;
+
+use hyperspan::space::{DepthRange, PixelRect, Viewport};
+use hyperspan::varying::Interpolation;
+use oracle::Poly;
+use oracle::plane::Plane;
+use oracle::probe::{self, View};
+use oracle::shapes::{self, Scene, Tally, check, in_range, scenes, unproject};
+use proptest::prelude::*;
+
+/// What was compared.
+#[derive(Default)]
+struct Compared {
+    pixels: Tally,
+    values: Tally,
+    /// Of them, those that no vertex has.
+    between: Tally,
+    /// Values that the plane does not define.
+    left_out: Tally,
+    /// Values for which the tiler took exact arithmetic.
+    hard: Tally,
+}
+
+impl Compared {
+    /// There must be so many values between those of the vertices for each case, and by far most
+    /// must be defined.
+    fn report(&self, cases: u64, between: u64) {
+        self.pixels.report("pixels compared", between * cases / 10);
+        self.values.report("values compared", between * cases);
+        self.between.report("of them between the vertices'", between * cases);
+        self.hard.report("values that took exact arithmetic", 0);
+        self.left_out.report("values left out", 0);
+        assert!(self.left_out.count() <= self.values.count() / 20, "too many left out");
+    }
+}
+
+/// Draws, and compares every value of every pixel with the oracle.
+fn agrees(view: &View, poly: &Poly, compared: &Compared) -> Result<(), TestCaseError> {
+    let plane = Plane::new(poly, view.viewport, &view.interpolation);
+    let (_, picture, stats) = probe::draw(view, poly);
+    compared.hard.add(usize::try_from(stats.exact_values).expect("few"));
+    compared.pixels.add(picture.len());
+    for (&(y, x), seen) in &picture {
+        let at = plane.at(x, y);
+        let mut values = vec![
+            ("1/w", at.inv_w(), seen.inv_w),
+            ("w", at.w(), seen.w),
+            ("depth", at.depth(), seen.depth),
+        ];
+        for (k, bits) in seen.attributes.iter().enumerate() {
+            values.push(("attribute", at.attribute(k), *bits));
+        }
+        for (number, (what, right, seen)) in values.into_iter().enumerate() {
+            let Some(right) = right else {
+                compared.left_out.add(1);
+                continue;
+            };
+            compared.values.add(1);
+            let given = |i: usize| number < 3 || poly.attributes[i][number - 3] != right;
+            compared.between.add(usize::from((0..poly.positions.len()).all(given)));
+            let drawn = f32::from_bits(seen);
+            let same = right.to_bits() == seen;
+            prop_assert!(
+                same,
+                "{} (value {}) at {:?}: {:e} = {:#x} is right, drawn is {:e} = {:#x}",
+                what,
+                number,
+                (x, y),
+                right,
+                right.to_bits(),
+                drawn,
+                seen
+            );
+        }
+    }
+    Ok(())
+}
+
+fn view_of(scene: &Scene) -> View {
+    let interpolation = scene.interpolation.clone();
+    View { viewport: scene.viewport, window: scene.window, interpolation }
+}
+
+#[test]
+fn precision_of_flat_polygons_is_exact() {
+    let compared = Compared::default();
+    let cases = check(file!(), "precision_of_flat_polygons", 4000, &scenes(7.0), |scene| {
+        agrees(&view_of(&scene), &scene.poly, &compared)
+    });
+    compared.report(cases, 100);
+}
+
+#[test]
+fn precision_holds_up_to_ratios_of_a_million() {
+    let compared = Compared::default();
+    let cases = check(file!(), "precision_of_steep_polygons", 4000, &scenes(20.0), |scene| {
+        agrees(&view_of(&scene), &scene.poly, &compared)
+    });
+    compared.report(cases, 100);
+}
+
+#[test]
+fn precision_holds_up_to_ratios_of_a_billion() {
+    let compared = Compared::default();
+    let cases = check(file!(), "precision_of_steepest_polygons", 1000, &scenes(30.0), |scene| {
+        agrees(&view_of(&scene), &scene.poly, &compared)
+    });
+    compared.report(cases, 100);
+}
+
+/// Polygons on a plane through `middle`, in clip space, that reach behind the eye, before the
+/// near plane, beyond the far one and out of the guard band; attributes are affine on it.
+fn clipped_polygons() -> impl Strategy<Value = (View, Poly)> {
+    let vector = |most: f64| [-most..most, -most..most, -most..most, -most..most];
+    let vectors = prop_oneof![
+        3 => (vector(1.0), vector(3.0), vector(3.0)),
+        1 => (vector(1.0), vector(1e4), vector(3.0)),
+        1 => (vector(0.3), vector(1e3), vector(1e5)),
+        1 => (vector(1.0), Just([1.0, 0.0, 0.0, 0.0]), Just([0.0, 1.0, -1.5, 2.0])),
+    ];
+    let affine = [-1.0..1.0, -1.0..1.0, -1.0..1.0_f64];
+    let attributes = prop::collection::vec((affine, -3..9_i32), 0..4);
+    let jitter = prop::collection::vec(0.0..1.0_f64, 3..=9);
+    let side = || prop_oneof![1..40_u32, Just(64)];
+    (vectors, attributes, jitter, side(), side(), any::<bool>()).prop_map(
+        |((middle, right, down), attributes, jitter, w, h, gl)| {
+            let range = if gl { DepthRange::MinusOneToOne } else { DepthRange::ZeroToOne };
+            let viewport = Viewport::new(0, 0, w, h).expect("small").with_depth_range(range);
+            let seen = [middle[0], middle[1], middle[2].abs() + 0.2, middle[3].abs() + 0.4];
+            let mut poly = Poly::default();
+            for (i, j) in jitter.iter().enumerate() {
+                let angle = (i as f64 + 0.9 * j) * std::f64::consts::TAU / jitter.len() as f64;
+                let (s, t) = (angle.cos(), angle.sin());
+                poly.positions.push([0, 1, 2, 3].map(|c| seen[c] + s * right[c] + t * down[c]));
+                let value = |([a, b, c], e): &([f64; 3], i32)| {
+                    ((a * s + b * t + c) * 10.0_f64.powi(*e)) as f32
+                };
+                poly.attributes.push(attributes.iter().map(value).collect());
+            }
+            (View::whole(viewport), poly)
+        },
+    )
+}
+
+#[test]
+fn precision_of_clipped_polygons_is_that_of_the_plane_as_given() {
+    let compared = Compared::default();
+    let clipped = Tally::default();
+    let cases =
+        check(file!(), "precision_of_clipped", 1500, &clipped_polygons(), |(view, poly)| {
+            clipped.add(usize::from(probe::draw(&view, &poly).2.clipped > 0));
+            agrees(&view, &poly, &compared)
+        });
+    clipped.report("clipped polygons", cases / 3);
+    compared.report(cases, 100);
+}
+
+/// Triangles and quads thinner than the subpixel grid, through centres of pixels: the centres
+/// lie outside of the polygon as given by a hair, and what counts is how values are clamped.
+fn hairs() -> impl Strategy<Value = (View, Poly)> {
+    let hair = || [-1.4..1.4, -1.4..1.4_f64];
+    let slope = [-3..=3_i32, -3..=3_i32];
+    let along = [0..8_i32, 0..8, 0..8];
+    let exponents =
+        prop_oneof![[0.0..3.0, 0.0..3.0, 0.0..3.0_f64], [0.0..30.0, 0.0..30.0, 0.0..30.0]];
+    let attributes = prop::collection::vec([-9.0..9.0_f32, -9.0..9.0_f32], 3);
+    ([hair(), hair(), hair()], slope, along, exponents, attributes, any::<bool>()).prop_map(
+        |(hairs, slope, along, exponents, attributes, linear)| {
+            let viewport = Viewport::new(0, 0, 50, 50).expect("small");
+            let mut poly = Poly::default();
+            for k in 0..3 {
+                let at = [0, 1]
+                    .map(|i| f64::from(24 + slope[i] * along[k]) + 0.5 + hairs[k][i] / 65536.0);
+                let depth = f64::from(along[k]) / 16.0;
+                poly.positions.push(in_range(unproject(viewport, at, depth, exponents[k].exp2())));
+                poly.attributes.push(attributes[k].to_vec());
+            }
+            let mode =
+                if linear { Interpolation::NoPerspective } else { Interpolation::Perspective };
+            (View { interpolation: vec![mode], ..View::whole(viewport) }, poly)
+        },
+    )
+}
+
+#[test]
+fn precision_of_hairs_is_clamped_to_the_vertices() {
+    let compared = Compared::default();
+    let cases = check(file!(), "precision_of_hairs", 20_000, &hairs(), |(view, poly)| {
+        agrees(&view, &poly, &compared)
+    });
+    compared.pixels.report("pixels compared", cases / 10);
+    compared.values.report("values compared", cases / 2);
+    compared.left_out.report("values left out", 0);
+}
+
+/// Seen from the side: the third vertex lies exactly on the line through the two others, which
+/// goes through centres; snapped, it lies to the right. Each pixel has the values of the vertex that is
+/// nearest.
+#[test]
+fn precision_of_an_edge_on_triangle_is_that_of_the_nearest_vertex() {
+    let viewport = Viewport::new(0, 0, 64, 64).expect("small");
+    let (a, b) = ([0.5, 0.5], [9.5, 3.5]);
+    let c = [a[0] + 15.0 / 1_048_576.0, a[1] + 5.0 / 1_048_576.0];
+    let poly = Poly {
+        positions: vec![
+            unproject(viewport, a, 0.25, 1.0),
+            unproject(viewport, b, 0.5, 2.0),
+            unproject(viewport, c, 0.75, 4.0),
+        ],
+        attributes: vec![vec![1.0], vec![2.0], vec![3.0]],
+    };
+    let view = View::whole(viewport);
+    assert!(Plane::new(&poly, viewport, &[]).is_edge_on());
+    let (_, picture, _) = probe::draw(&view, &poly);
+    let values: Vec<_> = picture
+        .iter()
+        .map(|(&(y, x), seen)| {
+            let [inv_w, depth] = [seen.inv_w, seen.depth].map(f32::from_bits);
+            ((x, y), inv_w, depth, f32::from_bits(seen.attributes[0]))
+        })
+        .collect();
+    let right = [((0, 0), 1.0, 0.25, 1.0), ((3, 1), 0.25, 0.75, 3.0), ((6, 2), 0.5, 0.5, 2.0)];
+    assert_eq!(values, right);
+}
+
+/// A quarter, a half and three quarters of a unit in the last place: every second value is a
+/// true tie, and goes to the even neighbour.
+#[test]
+fn precision_of_true_ties_is_half_to_even() {
+    let viewport = Viewport::new(0, 0, 64, 64).expect("small");
+    let cover = [[-1.0, -1.0, 0.5, 1.0], [3.0, -1.0, 0.5, 1.0], [-1.0, 3.0, 0.5, 1.0]];
+    let unit = 2.0_f32.powi(-23);
+    for w in [1.0, 0.25, 1024.0] {
+        // At column c, 1 + (c + 1/2) units; at row r, 1 - (63 - r + 1/2) quarters of a unit.
+        let poly = Poly {
+            positions: cover.map(|p| p.map(|v| v * w)).to_vec(),
+            attributes: vec![
+                vec![1.0, 1.0],
+                vec![1.0 + 128.0 * unit, 1.0],
+                vec![1.0, 1.0 - 32.0 * unit],
+            ],
+        };
+        let (_, picture, _) = probe::draw(&View::whole(viewport), &poly);
+        assert_eq!(picture.len(), 64 * 64);
+        for ((y, x), seen) in picture {
+            let even = (x + 1) / 2 * 2;
+            let right = 1.0 + f64::from(even) * f64::from(unit);
+            assert_eq!(f64::from(f32::from_bits(seen.attributes[0])), right, "column {x}");
+            // Below 1 a unit is half as large: (63.5 - r) / 4 units are (63.5 - r) / 2 of these.
+            let halves = f64::from(2 * (63 - y) + 1) / 4.0;
+            let right = 1.0 - halves.round_ties_even() * f64::from(unit) / 2.0;
+            assert_eq!(f64::from(f32::from_bits(seen.attributes[1])), right, "row {y}");
+        }
+    }
+}
+
+/// Attributes that are equal at all vertices, of any bits, beside others that are not.
+#[test]
+fn precision_of_constants_is_exact_for_any_bits() {
+    let modes = [Interpolation::Perspective, Interpolation::NoPerspective, Interpolation::Flat];
+    let strategy =
+        (scenes(10.0), clipped_polygons(), any::<u32>(), prop::sample::select(modes.to_vec()));
+    let tally = Tally::default();
+    let cases = check(
+        file!(),
+        "precision_of_constants",
+        2000,
+        &strategy,
+        |(scene, clipped, bits, mode)| {
+            let right = if f32::from_bits(bits).is_nan() { 0x7FC0_0000 } else { bits };
+            for (view, mut poly) in [(view_of(&scene), scene.poly.clone()), clipped.clone()] {
+                for list in &mut poly.attributes {
+                    list.insert(0, f32::from_bits(bits));
+                }
+                let mut interpolation = vec![mode];
+                interpolation.extend(&view.interpolation);
+                let (_, picture, _) = probe::draw(&View { interpolation, ..view }, &poly);
+                tally.add(picture.len());
+                for (place, seen) in picture {
+                    prop_assert_eq!(seen.attributes[0], right, "{:?}", place);
+                }
+            }
+            Ok(())
+        },
+    );
+    tally.report("constants compared", 100 * cases);
+}
+
+/// A NaN, or an infinity, at one vertex: coverage, depth and the other attributes keep their
+/// bits, and the NaN's attribute is NaN all over.
+#[test]
+fn precision_of_an_attribute_is_spoiled_by_its_own_nan_only() {
+    let bad = prop_oneof![
+        (0x7F80_0001_u32..0x8000_0000, any::<bool>()).prop_map(|(b, s)| b | u32::from(s) << 31),
+        Just(0x7F80_0000),
+        Just(0xFF80_0000),
+    ];
+    let strategy = (scenes(10.0), bad, any::<prop::sample::Index>(), any::<prop::sample::Index>());
+    let tally = Tally::default();
+    let cases =
+        check(file!(), "precision_of_nan", 3000, &strategy, |(scene, bits, which, vertex)| {
+            let view = view_of(&scene);
+            let count = scene.poly.attributes[0].len();
+            if count == 0 {
+                return Ok(());
+            }
+            let (k, vertex) = (which.index(count), vertex.index(scene.poly.positions.len()));
+            let mut spoiled = scene.poly.clone();
+            spoiled.attributes[vertex][k] = f32::from_bits(bits);
+            let (_, before, _) = probe::draw(&view, &scene.poly);
+            let (_, mut after, _) = probe::draw(&view, &spoiled);
+            let flat = view.interpolation[k] == Interpolation::Flat && vertex > 0;
+            prop_assert_eq!(before.len(), after.len());
+            for (place, seen) in &mut after {
+                let right = &before[place];
+                if f32::from_bits(bits).is_nan() && !flat {
+                    prop_assert_eq!(seen.attributes[k], 0x7FC0_0000, "{:?}", place);
+                }
+                seen.attributes[k] = right.attributes[k];
+                prop_assert_eq!(&*seen, right, "{:?}", place);
+            }
+            tally.add(after.len());
+            Ok(())
+        });
+    tally.report("pixels compared", 5 * cases);
+}
+
+/// A triangle over images 8192 and 16384 pixels wide: the far ends.
+#[test]
+fn precision_at_the_ends_of_wide_images() {
+    let corners = prop_oneof![Just(8192_u32), Just(16384)].prop_flat_map(|w| {
+        (Just(w), shapes::corners(w, 64), [0.0..20.0, 0.0..20.0, 0.0..20.0_f64])
+    });
+    let values = [-1.0..1.0_f32, -1.0..1.0, -1.0..1.0];
+    let compared = Compared::default();
+    let cases =
+        check(file!(), "precision_of_wide", 500, &(corners, values), |((w, at, e), values)| {
+            let viewport = Viewport::new(0, 0, w, 64).expect("16384");
+            let mut poly = Poly::default();
+            for k in 0..3 {
+                poly.positions.push(unproject(
+                    viewport,
+                    at[k],
+                    0.5 / f64::from(k as u8 + 1),
+                    e[k].exp2(),
+                ));
+                poly.attributes.push(vec![values[k]]);
+            }
+            for x in [0, w / 2 - 5, w - 20] {
+                for y in [0, 32, 61] {
+                    let window = PixelRect::new(x.cast_signed(), y, 20, 3);
+                    agrees(&View { window, ..View::whole(viewport) }, &poly, &compared)?;
+                }
+            }
+            Ok(())
+        });
+    compared.report(cases, 100);
+}
