@@ -26,6 +26,21 @@ use crate::space::DepthRange;
 /// The rounding of `f64`.
 const U: f64 = f64::EPSILON / 2.0;
 
+/// x, 1/w and s/w where the row meets an edge, by the magnitudes they are made of.
+const END_ERROR: f64 = 10.0 * U;
+
+/// How far the ends are from the pixel: the ends' x, and the subtraction.
+const OFFSET_ERROR: f64 = 12.0 * U;
+
+/// The two products across, their sum and the quotient, by the numerator's magnitude.
+const ACROSS_ERROR: f64 = 6.0 * U + END_ERROR;
+
+/// The same for the denominator, relatively.
+const DENOMINATOR_ERROR: f64 = 10.0 * U + END_ERROR;
+
+/// The ends may move by the span's width over this for the bound to hold.
+const NARROW: f64 = 256.0;
+
 /// What runs along an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Carried {
@@ -76,8 +91,7 @@ impl Corners<'_> {
         (n, w, vertex)
     }
 
-    /// Along one edge: `n` within 10 u of `n_size`, `q` within 10 u relatively, `x` within
-    /// 10 u `x_size`.
+    /// Along one edge: `n`, `q` and `x` within [`END_ERROR`] of `n_size`, `q` and `x_size`.
     fn end(&self, carried: Carried, edge: [u32; 2], centre_y: f64) -> End {
         let [(n0, w0, v0), (n1, w1, v1)] = edge.map(|corner| self.numbers(carried, corner));
         let [y0, y1] = [v0, v1].map(|v| v.framebuffer[1]);
@@ -196,16 +210,16 @@ impl Row {
     #[inline]
     pub(crate) fn at(&self, centre_x: f64) -> (f64, f64) {
         let (l, r) = (&self.left, &self.right);
-        let off = 12.0 * U * (l.x_size + r.x_size);
+        let off = OFFSET_ERROR * (l.x_size + r.x_size);
         let (g0, g1) = ((centre_x - l.x).max(0.0), (r.x - centre_x).max(0.0));
         let denominator = l.q * g1 + r.q * g0;
         let value = (l.n * g1 + r.n * g0) / denominator;
         // How the value moves when either end does.
         let moved = off * ((r.n - value * r.q).abs() + (l.n - value * l.q).abs());
-        let rounded = 16.0 * U * (l.n_size * g1 + r.n_size * g0);
-        let error = (moved + rounded) / denominator + 20.0 * U * value.abs();
+        let rounded = ACROSS_ERROR * (l.n_size * g1 + r.n_size * g0);
+        let error = (moved + rounded) / denominator + DENOMINATOR_ERROR * value.abs();
         // Of first order: the ends must not move by as much as the span is wide.
-        let narrow = off * (l.q + r.q) * 256.0 > denominator;
+        let narrow = off * (l.q + r.q) * NARROW > denominator;
         let error = if narrow { f64::NAN } else { error };
         if self.reciprocal {
             (1.0 / value, 1.02 * error / (value * value) + 2.0 * U / value)

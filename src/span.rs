@@ -24,6 +24,18 @@ use crate::polygon::Polygon;
 use crate::shade::BLOCK;
 use crate::varying::{CANONICAL_NAN, Interpolation};
 
+/// t = D scale / Q: two conversions, a reciprocal and two products, relatively.
+const QUOTIENT_ERROR: f64 = 5.0 * U;
+
+/// base + t, and the two ends of Ziv's test, relatively.
+const SUM_ERROR: f64 = 3.0 * U;
+
+/// Room for what a bound of first order leaves out, where Q is off by 1/256 at most.
+const SECOND_ORDER: f64 = 1.01;
+
+/// How far Q may be off, relatively, for the bound to hold.
+const CERTAIN: f64 = 1.0 / 256.0;
+
 /// 16 lanes of `f64`.
 type Wide = [f64; BLOCK];
 
@@ -106,7 +118,7 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
             let error = gradients.q_error * found.r[lane].abs();
             found.relative_error[lane] = error;
             // Also refuses what is no number.
-            let certain = found.r[lane] * gradients.q_sign > 0.0 && error < 1.0 / 256.0;
+            let certain = found.r[lane] * gradients.q_sign > 0.0 && error < CERTAIN;
             found.certain |= u16::from(certain) << lane;
         }
         found
@@ -162,11 +174,11 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
                 let r = self.reciprocals.r[lane];
                 t[lane] *= r;
                 error[lane] = affine.error * r.abs()
-                    + t[lane].abs() * (self.reciprocals.relative_error[lane] + 5.0 * U);
+                    + t[lane].abs() * (self.reciprocals.relative_error[lane] + QUOTIENT_ERROR);
             }
         } else {
             for lane in 0..BLOCK {
-                error[lane] += t[lane].abs() * (self.gradients.det_relative_error + 5.0 * U);
+                error[lane] += t[lane].abs() * (self.gradients.det_relative_error + QUOTIENT_ERROR);
             }
         }
         for t in &mut t {
@@ -180,8 +192,9 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
         let t = self.reciprocals.r.map(|r| r * self.gradients.w_scale);
         let mut error: Wide = [0.0; BLOCK];
         for lane in 0..BLOCK {
-            let relative =
-                self.reciprocals.relative_error[lane] + self.gradients.det_relative_error + 5.0 * U;
+            let relative = self.reciprocals.relative_error[lane]
+                + self.gradients.det_relative_error
+                + QUOTIENT_ERROR;
             error[lane] = t[lane].abs() * relative;
         }
         round(&t, &error, range, out)
@@ -293,7 +306,7 @@ fn round(value: &Wide, error: &Wide, range: [f32; 2], out: &mut [f32; BLOCK]) ->
     let mut certain = 0;
     for lane in 0..BLOCK {
         // The bound is of first order, and the sums below round too.
-        let error = error[lane] * 1.01 + 3.0 * U * value[lane].abs();
+        let error = error[lane] * SECOND_ORDER + SUM_ERROR * value[lane].abs();
         // An exact zero is +0: the last addition turns the sign of a negative one.
         let low = clamp(nearest_f32(value[lane] - error + 0.0), range);
         let high = clamp(nearest_f32(value[lane] + error + 0.0), range);

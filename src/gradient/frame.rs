@@ -24,6 +24,22 @@ use crate::space::Viewport;
 /// The rounding of `f64`.
 pub(crate) const U: f64 = f64::EPSILON / 2.0;
 
+/// (X, Y) of a vertex: two products and their sum, by the magnitude of the products.
+const PROJECTION_ERROR: f64 = 3.0 * U;
+
+/// A 2 x 2 minor of two edges: two products and their difference, by one product's greatest
+/// magnitude.
+const MINOR_ERROR: f64 = 5.0 * U;
+
+/// The same for a minor of an edge and a vertex, by each product's magnitude.
+const WEIGHT_ERROR: f64 = 3.0 * U;
+
+/// det: three products and two sums, by each product's magnitude.
+const DET_ERROR: f64 = 5.0 * U;
+
+/// A combination of three coefficients, by each product's magnitude.
+const COMBINATION_ERROR: f64 = 6.0 * U;
+
 /// Room for what a bound of first order leaves out.
 const SECOND_ORDER: f64 = 1.001;
 
@@ -102,7 +118,7 @@ impl Anchor {
     fn project(&self, [x, y, _, w]: [f64; 4]) -> ([f64; 3], [f64; 2]) {
         let terms =
             [[x * self.half[0], w * self.offset[0]], [-y * self.half[1], w * self.offset[1]]];
-        let error = terms.map(|[s, t]| 3.0 * U * (s.abs() + t.abs()) + TINY);
+        let error = terms.map(|[s, t]| PROJECTION_ERROR * (s.abs() + t.abs()) + TINY);
         ([terms[0][0] + terms[0][1], terms[1][0] + terms[1][1], w], error)
     }
 
@@ -147,7 +163,7 @@ impl Frame {
             } else {
                 TINY
             };
-            SECOND_ORDER * (2.0 * bound + 5.0 * U * size[i] * size[j]) + underflow
+            SECOND_ORDER * (2.0 * bound + MINOR_ERROR * size[i] * size[j]) + underflow
         };
         let q = Linear {
             k: cross(edges[0], edges[1]),
@@ -160,7 +176,7 @@ impl Frame {
             let one = |i: usize, j: usize| {
                 edge_error[i] * (a[j].abs() + a_error[j])
                     + size[i] * a_error[j]
-                    + 3.0 * U * size[i] * a[j].abs()
+                    + WEIGHT_ERROR * size[i] * a[j].abs()
             };
             SECOND_ORDER * (one(i, j) + one(j, i)) + TINY
         };
@@ -174,7 +190,7 @@ impl Frame {
                 .map(|k| {
                     (a[k].abs() + a_error[k]) * q.error[k]
                         + a_error[k] * q.k[k].abs()
-                        + 5.0 * U * (a[k] * q.k[k]).abs()
+                        + DET_ERROR * (a[k] * q.k[k]).abs()
                 })
                 .sum::<f64>()
             + TINY;
@@ -192,7 +208,8 @@ impl Frame {
                 .iter()
                 .map(|(factor, part)| {
                     factor.abs() * part.error[i]
-                        + (6.0 * U * factor.abs() + input_error) * (part.k[i].abs() + part.error[i])
+                        + (COMBINATION_ERROR * factor.abs() + input_error)
+                            * (part.k[i].abs() + part.error[i])
                 })
                 .sum();
             sum.error[i] = SECOND_ORDER * error;
