@@ -155,7 +155,7 @@ pub(crate) struct Canvas {
     /// What [`Data`] fills.
     planes: Vec<DataPlane>,
     /// What the pass without depth test fills.
-    pub(crate) overdraw: Option<DataPlane>,
+    overdraw: Option<DataPlane>,
 }
 
 impl Canvas {
@@ -237,6 +237,15 @@ impl Canvas {
         (self.depth.as_mut(), planes)
     }
 
+    /// What counts how often each pixel is covered, if that is wanted. It goes with a pass
+    /// without depth test.
+    pub(crate) fn overdraw(&mut self) -> Option<Overdraw<'_>> {
+        match &mut self.overdraw.as_mut()?.values {
+            Values::Integers(counts) => Some(Overdraw { crop: self.crop, counts }),
+            Values::Floats(_) => None,
+        }
+    }
+
     /// What was drawn of `aov`: values, and how many there are for each pixel. The depth
     /// buffer is asked too.
     pub(crate) fn data(&self, aov: Aov) -> Option<Drawn<'_>> {
@@ -272,19 +281,9 @@ pub(crate) enum Drawn<'a> {
 #[derive(Debug)]
 pub(crate) struct Planes<'a> {
     crop: Crop,
-    picture: Option<&'a mut [[u8; 4]]>,
+    /// RGBA8, if a picture is wanted.
+    pub(crate) picture: Option<&'a mut [[u8; 4]]>,
     planes: &'a mut [DataPlane],
-}
-
-impl Planes<'_> {
-    /// The same for a while.
-    pub(crate) fn reborrow(&mut self) -> Planes<'_> {
-        Planes {
-            crop: self.crop,
-            picture: self.picture.as_deref_mut(),
-            planes: &mut *self.planes,
-        }
-    }
 }
 
 /// Which of a polygon's attributes are what; nothing for what it has not.
@@ -361,10 +360,8 @@ impl<C: Colour> Shader for Data<'_, C> {
 /// Counts how often each pixel is covered.
 #[derive(Debug)]
 pub(crate) struct Overdraw<'a> {
-    /// Which part of the framebuffer is counted.
-    pub(crate) crop: Crop,
-    /// The counts of its pixels.
-    pub(crate) counts: &'a mut [u32],
+    crop: Crop,
+    counts: &'a mut [u32],
 }
 
 impl Shader for Overdraw<'_> {

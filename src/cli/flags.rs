@@ -42,7 +42,8 @@ impl FromStr for Size {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+        let sides =
+            text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
         let (width, height) = sides.ok_or("give WIDTHxHEIGHT in pixels, as in 1280x720")?;
         Self::new(width, height)
     }
@@ -248,7 +249,8 @@ impl DrawFlags {
 
 /// `N` values with commas between them.
 fn list<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
-    let values: Vec<T> = text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>()?;
+    let values: Vec<T> =
+        text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>()?;
     values.try_into().ok()
 }
 

@@ -1,12 +1,13 @@
 //! Draws a frame as often as asked, and says how long it took and what it counted: `--repeat`
 //! and `--stats`.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use hyperspan::stats::Stats;
 use serde_json::json;
 
-use crate::failure::Failure;
+use crate::failure::{Failure, Place, warn};
 use crate::flags::PrecisionFlag;
 use crate::progress::Progress;
 
@@ -29,11 +30,8 @@ impl Timings {
         let mut stats = Stats::default();
         for number in 0..repeat {
             let start = Instant::now();
-            stats = if repeat == 1 {
-                frame(&mut progress)?
-            } else {
-                frame(&mut Progress::silent())?
-            };
+            stats =
+                if repeat == 1 { frame(&mut progress)? } else { frame(&mut Progress::silent())? };
             sorted.push(start.elapsed());
             if repeat > 1 {
                 progress.set(u64::from(number) + 1, u64::from(repeat));
@@ -41,6 +39,15 @@ impl Timings {
         }
         sorted.sort_unstable();
         Ok(Self { sorted, stats })
+    }
+
+    /// Tells of polygons of the file at `path` that were refused.
+    pub(crate) fn report_refused(&self, path: &Path) {
+        let refused = self.stats.culled.refused;
+        if refused > 0 {
+            let message = format!("NaN or infinite positions: {refused} polygons are not drawn");
+            warn(&Place::file(path), &message);
+        }
     }
 
     /// The object that `--stats` writes.

@@ -11,7 +11,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-pub(crate) use npy::{Array, read_npy, write_npy};
+pub(crate) use npy::{Array, MAGIC as NPY_MAGIC, read_npy, write_npy};
 pub(crate) use png::{write_data_png, write_gray_png, write_rgba_png};
 
 use crate::failure::{Failure, Place};

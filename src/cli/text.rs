@@ -186,15 +186,11 @@ mod tests {
     #[test]
     fn lines_have_the_number_that_an_editor_shows() {
         let of = |text: &[u8]| lines(text, true);
-        assert_eq!(of(b"\xEF\xBB\xBFa\r\n\nb"), [
-            (1, b"a\r".to_vec()),
-            (2, b"".to_vec()),
-            (3, b"b".to_vec())
-        ]);
-        assert_eq!(of(b"f 1 \\\r\n2 \\\n3\nx"), [
-            (1, b"f 1  2  3".to_vec()),
-            (4, b"x".to_vec())
-        ]);
+        assert_eq!(
+            of(b"\xEF\xBB\xBFa\r\n\nb"),
+            [(1, b"a\r".to_vec()), (2, b"".to_vec()), (3, b"b".to_vec())]
+        );
+        assert_eq!(of(b"f 1 \\\r\n2 \\\n3\nx"), [(1, b"f 1  2  3".to_vec()), (4, b"x".to_vec())]);
         assert_eq!(of(b"# c:\\\nv\n"), [(1, b"# c:\\".to_vec()), (2, b"v".to_vec())]);
         assert_eq!(of(b"end \\"), [(1, b"end  ".to_vec())]);
         assert_eq!(of(b""), []);

@@ -143,11 +143,14 @@ mod tests {
     fn mtl_colours() {
         let all = read("Kd 9 9 9\nnewmtl a b\nKd .5 .25 1 # c\nNs 3\nnewmtl c\nKd .5\nnewmtl d\n");
         let colours: Vec<_> = all.expect("good").into_iter().map(|m| (m.name, m.diffuse)).collect();
-        assert_eq!(colours, [
-            (b"a b".to_vec(), [0.5, 0.25, 1.0]),
-            (b"c".to_vec(), [0.5; 3]),
-            (b"d".to_vec(), [1.0; 3])
-        ]);
+        assert_eq!(
+            colours,
+            [
+                (b"a b".to_vec(), [0.5, 0.25, 1.0]),
+                (b"c".to_vec(), [0.5; 3]),
+                (b"d".to_vec(), [1.0; 3])
+            ]
+        );
         for (line, wanted) in [
             ("Kd a b c", "test.mtl:2: `a` is no number"),
             ("Kd 1 2", "test.mtl:2: Kd with 2 numbers"),

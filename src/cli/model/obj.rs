@@ -9,6 +9,7 @@
 //! numbers, `f` with and without texture and normal indices, mixed, negative, and of vertices
 //! that come later.
 
+use std::collections::HashMap;
 use std::io::BufRead;
 use std::path::Path;
 
@@ -119,6 +120,8 @@ pub(crate) fn parse<R: BufRead>(
 #[derive(Debug, Default)]
 struct Reader {
     obj: Obj,
+    /// Where in `material_names` each name is.
+    materials: HashMap<Vec<u8>, usize>,
     /// The greatest index of each kind that named nothing yet when it was read.
     forward: [Option<Forward>; 3],
     /// The same of the line at hand, whose number is not known within it.
@@ -145,7 +148,7 @@ impl Reader {
                 let rest = text::without_comment(rest);
                 match keyword {
                     b"v" => self.vertex(rest)?,
-                    b"vt" => self.obj.uvs.push(self::uv(rest)?),
+                    b"vt" => self.obj.uvs.push(uv(rest)?),
                     b"vn" => self.obj.normals.push(normal(rest)?),
                     b"f" | b"fo" => self.face(rest)?,
                     _ => ignored(keyword)?,
@@ -157,9 +160,8 @@ impl Reader {
 
     fn use_material(&mut self, name: &[u8]) {
         let names = &mut self.obj.material_names;
-        // Files use a material for many faces in a row: the last one is the likeliest.
-        let known = names.iter().rposition(|(known, _)| known == name);
-        let material = known.unwrap_or_else(|| {
+        let material = self.materials.get(name).copied().unwrap_or_else(|| {
+            self.materials.insert(name.to_owned(), names.len());
             names.push((name.to_owned(), 0));
             names.len() - 1
         });
@@ -232,7 +234,10 @@ impl Reader {
             _ => self.obj.normals.len(),
         } as u64;
         let given: i64 = text::number(part).ok_or_else(|| {
-            format!("{} is no corner of a face: give indices as in 1, 1/2, 1//3 or 1/2/3", quoted(word))
+            format!(
+                "{} is no corner of a face: give indices as in 1, 1/2, 1//3 or 1/2/3",
+                quoted(word)
+            )
         })?;
         if given < 0 {
             let back = given.unsigned_abs();
@@ -354,7 +359,8 @@ mod tests {
 
     #[test]
     fn obj_vertices_of_all_kinds() {
-        let obj = good("v 0 0 0\nv 1 0 0 0.5\nv 0 1 0 .25 .5 1 # c\nv -1 1e0 +0 1 1 1 1\nf 1 2 3 4");
+        let obj =
+            good("v 0 0 0\nv 1 0 0 0.5\nv 0 1 0 .25 .5 1 # c\nv -1 1e0 +0 1 1 1 1\nf 1 2 3 4");
         assert_eq!(obj.positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]);
         assert_eq!(obj.colors, [[1.0; 3], [1.0; 3], [0.25, 0.5, 1.0], [1.0; 3]]);
         assert!(good(&format!("{THREE}f 1 2 3")).colors.is_empty());

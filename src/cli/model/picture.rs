@@ -1,0 +1,58 @@
+//! Texture files: PNG and JPEG, with limits, since a header may lie.
+
+use std::fs::{self, File};
+use std::io::{self, BufReader};
+use std::path::Path;
+
+use hyperspan::texture::Texture;
+use image::{ImageError, ImageFormat, ImageReader, Limits};
+
+use crate::failure::{Failure, Place};
+
+/// Reads a texture; nothing if there is no such file.
+pub(super) fn read(path: &Path) -> Result<Option<Texture>, Failure> {
+    const MOST_TEXELS_A_SIDE: u32 = 1 << 15;
+    const MOST_BYTES: u64 = 4 << 30;
+
+    match fs::metadata(path) {
+        Err(e) if is_missing(&e) => return Ok(None),
+        Err(e) => return Err(Failure::io(path, "read", &e)),
+        Ok(found) if !found.is_file() => return Err(bad(path, "it is no regular file")),
+        Ok(_) => {}
+    }
+    let file = File::open(path).map_err(|e| Failure::io(path, "open", &e))?;
+    let mut reader = ImageReader::new(BufReader::new(file))
+        .with_guessed_format()
+        .map_err(|e| Failure::io(path, "read", &e))?;
+    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
+        return Err(bad(path, "it is neither PNG nor JPEG"));
+    }
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MOST_TEXELS_A_SIDE);
+    limits.max_image_height = Some(MOST_TEXELS_A_SIDE);
+    limits.max_alloc = Some(MOST_BYTES);
+    reader.limits(limits);
+    let picture = reader.decode().map_err(|e| match e {
+        ImageError::Limits(e) => bad(path, &format!("it is too large ({e})")),
+        e => bad(path, &e.to_string()),
+    })?;
+    let picture = picture.into_rgba8();
+    let (width, height) = picture.dimensions();
+    let texture = Texture::new(width, height, picture.as_chunks().0);
+    texture.map(Some).map_err(|e| bad(path, &e.to_string()))
+}
+
+/// Is there no file of that name, nor could there be?
+pub(super) fn is_missing(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory | io::ErrorKind::InvalidFilename
+    )
+}
+
+fn bad(path: &Path, why: &str) -> Failure {
+    Failure::at(
+        Place::file(path),
+        format!("cannot use this picture as a texture: {why}; save it as PNG or JPEG again"),
+    )
+}

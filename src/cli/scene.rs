@@ -1,0 +1,406 @@
+//! Draws a model into a canvas: one frame, from positions in world space to pixels.
+//!
+//! Each position is transformed once, however many faces share it. Runs of faces that look the
+//! same go through one compiled loop; counts are put right so that a face cut into pieces
+//! counts as one.
+
+use glam::DVec3;
+use hyperspan::camera::transform;
+use hyperspan::depth::DepthTest;
+use hyperspan::polygon::Polygon;
+use hyperspan::space::Viewport;
+use hyperspan::stats::Stats;
+use hyperspan::target::Plane;
+use hyperspan::tiler::{Cull, Precision, Tiler};
+
+use crate::aov::Aov;
+use crate::camera::{Camera, DepthFlag};
+use crate::canvas::{Canvas, Coverage, Data, Layout, Picture};
+use crate::failure::Failure;
+use crate::model::{Lit, Look, Model, Piece, Run};
+use crate::progress::Progress;
+use crate::surface::{LitTexture, Plain, Shaded, Surface, Textured, light_piece};
+
+/// How a model is to be drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Options {
+    /// Which faces are left out.
+    pub(crate) cull: Cull,
+    /// How good attributes are.
+    pub(crate) precision: Precision,
+    /// Which faces are lit.
+    pub(crate) lit: Lit,
+}
+
+/// A model under a camera, with what is kept from one frame to the next.
+#[derive(Debug)]
+pub(crate) struct Scene<'a> {
+    model: &'a Model,
+    camera: Camera,
+    options: Options,
+    tiler: Tiler,
+    /// For the pass that counts overdraw.
+    counter: Tiler,
+    /// Positions in clip space.
+    clip: Vec<[f64; 4]>,
+    /// At each corner; empty if nothing is lit.
+    light: Vec<f32>,
+}
+
+impl<'a> Scene<'a> {
+    /// `model` as `camera` sees it.
+    pub(crate) fn new(model: &'a Model, camera: Camera, options: Options) -> Result<Self, Failure> {
+        let viewport = Viewport::new(0, 0, camera.size.width, camera.size.height)?;
+        let any_lit = model.runs.iter().any(|run| model.is_lit(run.look, options.lit));
+        let mut tiler = Tiler::new(viewport);
+        tiler.set_cull(options.cull).set_precision(options.precision).set_depth_test(match camera
+            .depth
+        {
+            DepthFlag::Reversed => DepthTest::REVERSED,
+            DepthFlag::Standard => DepthTest::STANDARD,
+        });
+        let mut counter = Tiler::new(viewport);
+        counter.set_cull(options.cull);
+        Ok(Self {
+            model,
+            camera,
+            options,
+            tiler,
+            counter,
+            clip: vec![[0.0; 4]; model.positions.len()],
+            light: if any_lit { vec![0.0; model.corners.len()] } else { Vec::new() },
+        })
+    }
+
+    /// Draws a frame, the clear included, and gives its counts.
+    pub(crate) fn draw(
+        &mut self,
+        canvas: &mut Canvas,
+        progress: &mut Progress,
+    ) -> Result<Stats, Failure> {
+        let Self { model, camera, options, tiler, counter, clip, light } = self;
+        canvas.clear();
+        for (clip, position) in clip.iter_mut().zip(&model.positions) {
+            *clip = transform(camera.matrix, DVec3::from_array(*position));
+        }
+        let (x, y) = canvas.crop.origin();
+        tiler.set_origin(x, y).reset_stats();
+        let mut frame = Frame { model, clip, tiler, canvas, tally: FaceTally::default(), progress };
+        for run in &model.runs {
+            let look = run.look;
+            let lit = model.is_lit(look, options.lit);
+            if lit {
+                for piece in &model.pieces[run.pieces.clone()] {
+                    light_piece(model, camera, look, *piece, light);
+                }
+            }
+            let light = if lit { light.as_slice() } else { &[] };
+            frame.draw_run(run, light)?;
+        }
+        let Frame { tally, .. } = frame;
+        let mut stats = tally.settle(tiler);
+
+        // How often a pixel is covered does not depend on what hides it.
+        let mut extent = canvas.extent();
+        if let Some(mut shader) = canvas.overdraw() {
+            counter.set_origin(x, y);
+            for piece in &model.pieces {
+                let polygon = PiecePolygon::new(model, clip, *piece, &());
+                counter.draw(&polygon, &mut shader, &mut extent, None);
+            }
+            stats.peak_bytes = stats.peak_bytes.max(counter.stats().peak_bytes);
+        }
+        Ok(stats)
+    }
+}
+
+/// A frame that is being drawn.
+struct Frame<'f> {
+    model: &'f Model,
+    clip: &'f [[f64; 4]],
+    tiler: &'f mut Tiler,
+    canvas: &'f mut Canvas,
+    tally: FaceTally,
+    progress: &'f mut Progress,
+}
+
+impl Frame<'_> {
+    /// Chooses the surface of `run`. `light` is empty if it is not lit.
+    fn draw_run(&mut self, run: &Run, light: &[f32]) -> Result<(), Failure> {
+        let Model { colors, uvs, corners, materials, .. } = self.model;
+        let diffuse = materials[run.look.material].diffuse;
+        if !self.canvas.has_color() {
+            return self.draw(run, &Plain { diffuse });
+        }
+        if let Some(texture) = self.model.texture(run.look) {
+            let textured = Textured { texture, uvs, indices: &corners.uv };
+            return if light.is_empty() {
+                self.draw(run, &textured)
+            } else {
+                self.draw(run, &LitTexture { textured, light })
+            };
+        }
+        if light.is_empty() && colors.is_empty() {
+            return self.draw(run, &Plain { diffuse });
+        }
+        self.draw(run, &Shaded { diffuse, colors, light, positions: &corners.position })
+    }
+
+    /// Draws `run`: straight into the picture if that is all that is wanted.
+    fn draw<S: Surface>(&mut self, run: &Run, surface: &S) -> Result<(), Failure> {
+        let Self { model, clip, tiler, canvas, tally, progress } = self;
+        let (width, height) = (canvas.crop.width, canvas.crop.height);
+        let mut extent = canvas.extent();
+        let (extras, layout) = extras(model, run.look, canvas, S::ATTRIBUTES);
+        let has_data = canvas.has_data();
+        let (depth, planes) = canvas.split();
+        let mut depth = depth.map(|depth| Plane::new(depth, width, height)).transpose()?;
+        let mut step = |tiler: &Tiler, i: usize| {
+            const PROGRESS_PIECES: usize = 1 << 10;
+            if i % PROGRESS_PIECES == 0 {
+                progress.set(i as u64, model.pieces.len() as u64);
+            }
+            tally.before(tiler, &model.pieces, i);
+            model.pieces[i]
+        };
+        if has_data {
+            let mut shader = Data { colour: surface, layout, id: 0, planes };
+            for i in run.pieces.clone() {
+                let piece = step(tiler, i);
+                shader.id = piece.face;
+                let vertices = WithExtras { surface, model, extras: &extras, face: piece.face };
+                let polygon = PiecePolygon::new(model, clip, piece, &vertices);
+                tiler.draw(&polygon, &mut shader, &mut extent, depth.as_mut());
+            }
+        } else if let Some(picture) = planes.picture {
+            let mut target = Plane::new(picture, width, height)?;
+            for i in run.pieces.clone() {
+                let polygon = PiecePolygon::new(model, clip, step(tiler, i), surface);
+                tiler.draw(&polygon, &mut Picture(surface), &mut target, depth.as_mut());
+            }
+        } else {
+            for i in run.pieces.clone() {
+                let polygon = PiecePolygon::new(model, clip, step(tiler, i), &());
+                tiler.draw(&polygon, &mut Coverage, &mut extent, depth.as_mut());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The attributes of a model's corners, as some pass wants them.
+trait Vertices {
+    /// How many each corner has.
+    fn count(&self) -> usize;
+    /// Attribute `k` of corner `corner`.
+    fn attribute(&self, corner: usize, k: usize) -> f32;
+}
+
+impl Vertices for () {
+    fn count(&self) -> usize {
+        0
+    }
+
+    fn attribute(&self, _corner: usize, _k: usize) -> f32 {
+        0.0
+    }
+}
+
+impl<S: Surface> Vertices for S {
+    #[inline]
+    fn count(&self) -> usize {
+        S::ATTRIBUTES
+    }
+
+    #[inline]
+    fn attribute(&self, corner: usize, k: usize) -> f32 {
+        Surface::attribute(self, corner, k)
+    }
+}
+
+/// A surface's attributes, and behind them those that only data asks for.
+struct WithExtras<'a, S> {
+    surface: &'a S,
+    model: &'a Model,
+    extras: &'a [Extra],
+    /// The face that is being drawn.
+    face: u32,
+}
+
+/// One attribute that only data asks for: component 0, 1 or 2 of it.
+#[derive(Clone, Copy)]
+enum Extra {
+    Uv(usize),
+    Normal(usize),
+    FaceNormal(usize),
+    Position(usize),
+}
+
+/// What the data that is wanted needs of faces that look so, and where it is behind `first`
+/// other attributes.
+fn extras(model: &Model, look: Look, canvas: &Canvas, first: usize) -> (Vec<Extra>, Layout) {
+    let mut all = Vec::new();
+    let mut add = |parts: &[Extra]| {
+        all.extend_from_slice(parts);
+        Some(first + all.len() - parts.len())
+    };
+    let mut layout = Layout::default();
+    if canvas.wants(Aov::Uv) && look.has_uvs {
+        layout.uv = add(&[0, 1].map(Extra::Uv));
+    }
+    if canvas.wants(Aov::Normal) {
+        let own = look.has_normals && !model.normals.is_empty();
+        layout.normal = add(&[0, 1, 2].map(if own { Extra::Normal } else { Extra::FaceNormal }));
+    }
+    if canvas.wants(Aov::Position) {
+        layout.position = add(&[0, 1, 2].map(Extra::Position));
+    }
+    (all, layout)
+}
+
+impl<S: Surface> Vertices for WithExtras<'_, S> {
+    #[inline]
+    fn count(&self) -> usize {
+        S::ATTRIBUTES + self.extras.len()
+    }
+
+    #[inline]
+    fn attribute(&self, corner: usize, k: usize) -> f32 {
+        let Some(extra) = k.checked_sub(S::ATTRIBUTES) else {
+            return Surface::attribute(self.surface, corner, k);
+        };
+        let Model { positions, uvs, normals, corners, face_normals, .. } = self.model;
+        match self.extras[extra] {
+            Extra::Uv(c) => uvs[corners.uv[corner] as usize][c],
+            Extra::Normal(c) => normals[corners.normal[corner] as usize][c],
+            Extra::FaceNormal(c) => face_normals[self.face as usize][c],
+            #[expect(clippy::cast_possible_truncation, reason = "attributes are f32")]
+            Extra::Position(c) => positions[corners.position[corner] as usize][c] as f32,
+        }
+    }
+}
+
+/// A piece of the model, in clip space.
+struct PiecePolygon<'a, V> {
+    clip: &'a [[f64; 4]],
+    /// Of its corners.
+    positions: &'a [u32],
+    /// Its first corner.
+    start: usize,
+    vertices: &'a V,
+}
+
+impl<'a, V: Vertices> PiecePolygon<'a, V> {
+    #[inline]
+    fn new(model: &'a Model, clip: &'a [[f64; 4]], piece: Piece, vertices: &'a V) -> Self {
+        let corners = piece.corners();
+        let start = corners.start;
+        Self { clip, positions: &model.corners.position[corners], start, vertices }
+    }
+}
+
+impl<V: Vertices> Polygon for PiecePolygon<'_, V> {
+    #[inline]
+    fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    #[inline]
+    fn attribute_count(&self) -> usize {
+        self.vertices.count()
+    }
+
+    #[inline]
+    fn position(&self, i: usize) -> [f64; 4] {
+        self.clip[self.positions[i] as usize]
+    }
+
+    #[inline]
+    fn attribute(&self, i: usize, k: usize) -> f32 {
+        self.vertices.attribute(self.start + i, k)
+    }
+}
+
+/// Puts counts right where a face is drawn as several pieces: the tiler counts polygons, the
+/// program faces.
+#[derive(Debug, Default)]
+struct FaceTally {
+    open: Option<OpenFace>,
+    /// What was counted too often.
+    surplus: Stats,
+}
+
+/// A face of several pieces that is being drawn.
+#[derive(Debug)]
+struct OpenFace {
+    face: u32,
+    /// Counts before its first piece.
+    before: Stats,
+    /// And after it.
+    first: Option<Stats>,
+}
+
+impl FaceTally {
+    /// Piece `i` is going to be drawn.
+    #[inline]
+    fn before(&mut self, tiler: &Tiler, pieces: &[Piece], i: usize) {
+        let face = pieces[i].face;
+        match &mut self.open {
+            Some(open) if open.face == face => {
+                open.first.get_or_insert_with(|| tiler.stats());
+                return;
+            }
+            Some(_) => self.close(tiler),
+            None => {}
+        }
+        if pieces.get(i + 1).is_some_and(|next| next.face == face) {
+            self.open = Some(OpenFace { face, before: tiler.stats(), first: None });
+        }
+    }
+
+    /// The open face has been drawn.
+    fn close(&mut self, tiler: &Tiler) {
+        let Some(OpenFace { before, first: Some(first), .. }) = self.open.take() else { return };
+        let after = tiler.stats();
+        let surplus = &mut self.surplus;
+        surplus.polygons += after.polygons - before.polygons - 1;
+        let once = |more: u64| more - more.min(1);
+        surplus.clipped += once(after.clipped - before.clipped);
+        let (w, before_w) = (after.constant_w, before.constant_w);
+        surplus.constant_w.polygon += once(w.polygon - before_w.polygon);
+        surplus.constant_w.row += once(w.row - before_w.row);
+        surplus.constant_w.column += once(w.column - before_w.column);
+
+        // It counts as drawn if any of it was, else as its first piece does.
+        let sum = |stats: &Stats| {
+            let culled = stats.culled;
+            culled.outside + culled.backface + culled.degenerate + culled.refused + culled.hidden
+        };
+        let drawn = sum(&after) - sum(&before) < after.polygons - before.polygons;
+        let from = if drawn { before.culled } else { first.culled };
+        let (culled, after) = (&mut surplus.culled, after.culled);
+        culled.outside += after.outside - from.outside;
+        culled.backface += after.backface - from.backface;
+        culled.degenerate += after.degenerate - from.degenerate;
+        culled.refused += after.refused - from.refused;
+        culled.hidden += after.hidden - from.hidden;
+    }
+
+    /// The counts of all that was drawn, by face.
+    fn settle(mut self, tiler: &Tiler) -> Stats {
+        self.close(tiler);
+        let mut stats = tiler.stats();
+        let surplus = self.surplus;
+        stats.polygons -= surplus.polygons;
+        stats.clipped -= surplus.clipped;
+        stats.constant_w.polygon -= surplus.constant_w.polygon;
+        stats.constant_w.row -= surplus.constant_w.row;
+        stats.constant_w.column -= surplus.constant_w.column;
+        stats.culled.outside -= surplus.culled.outside;
+        stats.culled.backface -= surplus.culled.backface;
+        stats.culled.degenerate -= surplus.culled.degenerate;
+        stats.culled.refused -= surplus.culled.refused;
+        stats.culled.hidden -= surplus.culled.hidden;
+        stats
+    }
+}

@@ -1,0 +1,190 @@
+//! `hyperspan tile`: polygons in clip space to a picture, and to data. What the library does
+//! with a polygon can be seen here, without a camera or a model around it.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use hyperspan::depth::DepthTest;
+use hyperspan::polygon::Strided;
+use hyperspan::shade::BLOCK;
+use hyperspan::space::Viewport;
+use hyperspan::stats::Stats;
+use hyperspan::target::Plane;
+use hyperspan::tiler::Tiler;
+
+use crate::aov::{self, Aov, Request};
+use crate::canvas::{Canvas, Colour, Coverage, Data, Layout, Picture, Plan};
+use crate::failure::{Failure, Place};
+use crate::flags::{DrawFlags, Size};
+use crate::frames::Timings;
+use crate::poly::{self, PolyFile};
+use crate::progress::Progress;
+use crate::results;
+use crate::text::Lines;
+
+/// Draws polygons given in clip space.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "\
+FILE is text. A vertex is a line `x y z w a0 a1 ...` in clip space; blank lines end a polygon; `#`
+begins a comment. Before the first vertex may stand `attrs` with one of perspective,
+noperspective and flat for each attribute, and `zrange 0 1` or `zrange -1 1`.
+The picture shows attributes 0 to 2 as red, green and blue in 0..1, missing ones as 1.
+
+Data (--aov): depth (framebuffer depth; where nothing is drawn what it is cleared to: 0, or 1 for
+--depth standard), w (clip w), id (index of the polygon in file order; 4294967295 where none),
+overdraw (how often a pixel was covered, hidden or not), color (before rounding to 8 bits), attr
+(all attributes). As .npy: f32, or u32 for id and overdraw, row 0 on top.")]
+pub(crate) struct TileArgs {
+    /// A .poly file.
+    polygons: PathBuf,
+
+    /// Size of the picture in pixels, which is the viewport.
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    size: Size,
+
+    #[command(flatten)]
+    draw: DrawFlags,
+
+    /// Writes data: NAME is depth, w, id, overdraw, color or attr, FILE ends in .npy (exact
+    /// values) or .png (for looking at). May be given several times.
+    #[arg(long = "aov", value_name = "NAME=FILE", value_parser = aov::tile_request)]
+    aovs: Vec<Request>,
+
+    /// What is tested: nothing (later polygons overwrite), LESS with clear 1, or GREATER with
+    /// clear 0.
+    #[arg(long, value_enum, default_value = "none")]
+    depth: DepthFlag,
+}
+
+/// `--depth` of `tile`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum DepthFlag {
+    None,
+    Standard,
+    Reversed,
+}
+
+/// Draws what `args` asks for.
+pub(crate) fn run(args: &TileArgs) -> Result<(), Failure> {
+    results::check(&args.draw, &args.aovs)?;
+    let crop = args.draw.crop(args.size)?;
+    let file = read(&args.polygons)?;
+
+    let aovs: Vec<Aov> = args.aovs.iter().map(|request| request.aov).collect();
+    let only_data = args.draw.output.is_none() && !aovs.is_empty();
+    let mut canvas = Canvas::new(&Plan {
+        crop,
+        // Counts and times alone are those of a picture.
+        picture: (!only_data).then_some(args.draw.background.0),
+        depth_buffer: args.depth != DepthFlag::None,
+        clear_depth: if args.depth == DepthFlag::Standard { 1.0 } else { 0.0 },
+        aovs: &aovs,
+        attributes: file.attribute_count,
+    })?;
+    let viewport =
+        Viewport::new(0, 0, args.size.width, args.size.height)?.with_depth_range(file.depth_range);
+    let mut tilers = Tilers { tiler: Tiler::new(viewport), counter: Tiler::new(viewport) };
+    let (x, y) = crop.origin();
+    tilers.counter.set_origin(x, y);
+    tilers
+        .tiler
+        .set_origin(x, y)
+        .set_precision(args.draw.precision.precision())
+        .set_interpolation(&file.interpolation)
+        .set_depth_test(match args.depth {
+            DepthFlag::Reversed => DepthTest::REVERSED,
+            DepthFlag::None | DepthFlag::Standard => DepthTest::STANDARD,
+        });
+    let timings = Timings::measure(args.draw.repeat, |progress| {
+        draw(&file, &mut tilers, &mut canvas, progress)
+    })?;
+    timings.report_refused(&args.polygons);
+    results::write(&args.draw, &args.aovs, &canvas, &timings)
+}
+
+fn read(path: &Path) -> Result<PolyFile, Failure> {
+    if path.is_dir() {
+        return Err(Failure::at(Place::file(path), "this is a folder: name a .poly file in it"));
+    }
+    poly::parse(Lines::open(path)?, path)
+}
+
+/// Attributes 0 to 2 as red, green and blue; 1 for those that there are not.
+#[derive(Clone, Copy, Debug)]
+struct FirstThree;
+
+impl Colour for FirstThree {
+    const ATTRIBUTES: usize = 3;
+
+    #[inline]
+    fn rgb(&self, attributes: &[[f32; BLOCK]], lane: usize) -> [f32; 3] {
+        [0, 1, 2].map(|k| attributes.get(k).map_or(1.0, |lanes| lanes[lane]))
+    }
+}
+
+/// What is kept from one frame to the next.
+#[derive(Debug)]
+struct Tilers {
+    tiler: Tiler,
+    /// For the pass that counts overdraw.
+    counter: Tiler,
+}
+
+/// Draws a frame, the clear included, and gives its counts.
+fn draw(
+    file: &PolyFile,
+    tilers: &mut Tilers,
+    canvas: &mut Canvas,
+    progress: &mut Progress,
+) -> Result<Stats, Failure> {
+    const PROGRESS_POLYGONS: usize = 1 << 10;
+
+    let Tilers { tiler, counter } = tilers;
+    canvas.clear();
+    tiler.reset_stats();
+    let all = file.polygons().len() as u64;
+    let mut extent = canvas.extent();
+    let has_data = canvas.has_data();
+    let (depth, planes) = canvas.split();
+    let mut depth =
+        depth.map(|depth| Plane::new(depth, extent.width, extent.height)).transpose()?;
+    let polygons = file.polygons().enumerate().inspect(|(i, _)| {
+        if i % PROGRESS_POLYGONS == 0 {
+            progress.set(*i as u64, all);
+        }
+    });
+    let n = file.attribute_count;
+    let polygon = |vertices: std::ops::Range<usize>| {
+        let attributes = &file.attributes[vertices.start * n..vertices.end * n];
+        Strided::new(&file.positions[vertices], attributes, n, n)
+    };
+    if has_data {
+        let colour = &FirstThree;
+        let mut shader = Data { colour, layout: Layout::default(), id: 0, planes };
+        for (i, vertices) in polygons {
+            // More polygons than ids: they would fill more memory than there is.
+            shader.id = u32::try_from(i).unwrap_or(u32::MAX);
+            tiler.draw(&polygon(vertices)?, &mut shader, &mut extent, depth.as_mut());
+        }
+    } else if let Some(picture) = planes.picture {
+        let mut target = Plane::new(picture, extent.width, extent.height)?;
+        for (_, vertices) in polygons {
+            let mut shader = Picture(&FirstThree);
+            tiler.draw(&polygon(vertices)?, &mut shader, &mut target, depth.as_mut());
+        }
+    } else {
+        for (_, vertices) in polygons {
+            tiler.draw(&polygon(vertices)?, &mut Coverage, &mut extent, depth.as_mut());
+        }
+    }
+    let mut stats = tiler.stats();
+
+    // How often a pixel is covered does not depend on what hides it.
+    if let Some(mut shader) = canvas.overdraw() {
+        for vertices in file.polygons() {
+            counter.draw(&polygon(vertices)?, &mut shader, &mut extent, None);
+        }
+        stats.peak_bytes = stats.peak_bytes.max(counter.stats().peak_bytes);
+    }
+    Ok(stats)
+}
