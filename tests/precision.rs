@@ -3,12 +3,12 @@
 #[expect(dead_code, reason = "each test file uses a part of it")]
 mod oracle;
 
-use hyperspan::space::{DepthRange, PixelRect, Viewport};
+use hyperspan::space::{PixelRect, Viewport};
 use hyperspan::varying::Interpolation;
 use oracle::Poly;
 use oracle::plane::Plane;
 use oracle::probe::{self, View};
-use oracle::shapes::{self, Scene, Tally, check, in_range, scenes, unproject};
+use oracle::shapes::{self, Scene, Tally, check, clipped_polygons, in_range, scenes, unproject};
 use proptest::prelude::*;
 
 /// What was compared.
@@ -109,40 +109,6 @@ fn precision_holds_up_to_ratios_of_a_billion() {
         agrees(&view_of(&scene), &scene.poly, &compared)
     });
     compared.report(cases, 100);
-}
-
-/// Polygons on a plane through `middle`, in clip space, that reach behind the eye, before the
-/// near plane, beyond the far one and out of the guard band; attributes are affine on it.
-fn clipped_polygons() -> impl Strategy<Value = (View, Poly)> {
-    let vector = |most: f64| [-most..most, -most..most, -most..most, -most..most];
-    let vectors = prop_oneof![
-        3 => (vector(1.0), vector(3.0), vector(3.0)),
-        1 => (vector(1.0), vector(1e4), vector(3.0)),
-        1 => (vector(0.3), vector(1e3), vector(1e5)),
-        1 => (vector(1.0), Just([1.0, 0.0, 0.0, 0.0]), Just([0.0, 1.0, -1.5, 2.0])),
-    ];
-    let affine = [-1.0..1.0, -1.0..1.0, -1.0..1.0_f64];
-    let attributes = prop::collection::vec((affine, -3..9_i32), 0..4);
-    let jitter = prop::collection::vec(0.0..1.0_f64, 3..=9);
-    let side = || prop_oneof![1..40_u32, Just(64)];
-    (vectors, attributes, jitter, side(), side(), any::<bool>()).prop_map(
-        |((middle, right, down), attributes, jitter, w, h, gl)| {
-            let range = if gl { DepthRange::MinusOneToOne } else { DepthRange::ZeroToOne };
-            let viewport = Viewport::new(0, 0, w, h).expect("small").with_depth_range(range);
-            let seen = [middle[0], middle[1], middle[2].abs() + 0.2, middle[3].abs() + 0.4];
-            let mut poly = Poly::default();
-            for (i, j) in jitter.iter().enumerate() {
-                let angle = (i as f64 + 0.9 * j) * std::f64::consts::TAU / jitter.len() as f64;
-                let (s, t) = (angle.cos(), angle.sin());
-                poly.positions.push([0, 1, 2, 3].map(|c| seen[c] + s * right[c] + t * down[c]));
-                let value = |([a, b, c], e): &([f64; 3], i32)| {
-                    ((a * s + b * t + c) * 10.0_f64.powi(*e)) as f32
-                };
-                poly.attributes.push(attributes.iter().map(value).collect());
-            }
-            (View::whole(viewport), poly)
-        },
-    )
 }
 
 #[test]

@@ -95,6 +95,21 @@ impl View {
 
 /// Draws `polygon` alone, in `Exact`.
 pub(crate) fn draw<V: Polygon + ?Sized>(view: &View, polygon: &V) -> (Outcome, Picture, Stats) {
+    let mut tiler = view.tiler();
+    let (outcome, picture) = draw_with(&mut tiler, view, polygon);
+    let stats = tiler.stats();
+    let pixels = picture.len() as u64;
+    let counted = (stats.pixels_covered, stats.pixels_shaded, stats.pixels_hidden);
+    assert_eq!(counted, (pixels, pixels, 0));
+    (outcome, picture, stats)
+}
+
+/// Draws `polygon` with a tiler that has the view's settings.
+pub(crate) fn draw_with<V: Polygon + ?Sized>(
+    tiler: &mut Tiler,
+    view: &View,
+    polygon: &V,
+) -> (Outcome, Picture) {
     let (width, height) = view.size();
     let mut sheet = Sheet::<u32>::new(width, height);
     let mut seen = Vec::new();
@@ -104,7 +119,6 @@ pub(crate) fn draw<V: Polygon + ?Sized>(view: &View, polygon: &V) -> (Outcome, P
         seen.push(((f.y(), f.x()), Seen { depth, inv_w, w, attributes }));
         u32::try_from(seen.len()).expect("few pixels")
     };
-    let mut tiler = view.tiler();
     let outcome = tiler.draw(polygon, &mut record, &mut sheet, None);
     // Each was written where it was shaded, and all that were shaded were written.
     for (place, number) in sheet.pixels.iter().enumerate().filter_map(|(i, p)| Some((i, (*p)?))) {
@@ -114,13 +128,7 @@ pub(crate) fn draw<V: Polygon + ?Sized>(view: &View, polygon: &V) -> (Outcome, P
         assert_eq!(at, (row as i32, column as i32), "shaded there, written here");
     }
     assert_eq!(sheet.pixels.iter().flatten().count(), seen.len(), "shaded, but not written");
-    let stats = tiler.stats();
-    let pixels = seen.len() as u64;
-    assert_eq!(
-        (stats.pixels_covered, stats.pixels_shaded, stats.pixels_hidden),
-        (pixels, pixels, 0)
-    );
-    (outcome, seen.into_iter().collect(), stats)
+    (outcome, seen.into_iter().collect())
 }
 
 /// Which pixels `polygon` covers.

@@ -7,6 +7,7 @@ use proptest::test_runner::{Config, FileFailurePersistence, TestRunner};
 
 use super::Poly;
 use super::coverage::framebuffer;
+use super::probe::View;
 
 /// Runs a property on about `cases` inputs (PROPTEST_CASES / 256 as many, where it is set);
 /// inputs that failed are kept beside `file`, with the extension `regressions`, and tried first.
@@ -239,4 +240,60 @@ impl Look {
         let (x, y) = (begin(0, rect.x0, rect.x1), begin(1, rect.y0, rect.y1));
         PixelRect::new(x, y, self.size[0], self.size[1]).intersect(rect)
     }
+}
+
+/// Polygons on a plane through `middle`, in clip space, that reach behind the eye, before the
+/// near plane, beyond the far one and out of the guard band; attributes are affine on it.
+pub(crate) fn clipped_polygons() -> impl Strategy<Value = (View, Poly)> {
+    let vector = |most: f64| [-most..most, -most..most, -most..most, -most..most];
+    let vectors = prop_oneof![
+        3 => (vector(1.0), vector(3.0), vector(3.0)),
+        1 => (vector(1.0), vector(1e4), vector(3.0)),
+        1 => (vector(0.3), vector(1e3), vector(1e5)),
+        1 => (vector(1.0), Just([1.0, 0.0, 0.0, 0.0]), Just([0.0, 1.0, -1.5, 2.0])),
+    ];
+    let affine = [-1.0..1.0, -1.0..1.0, -1.0..1.0_f64];
+    let attributes = prop::collection::vec((affine, -3..9_i32), 0..4);
+    let jitter = prop::collection::vec(0.0..1.0_f64, 3..=9);
+    let side = || prop_oneof![1..40_u32, Just(64)];
+    (vectors, attributes, jitter, side(), side(), any::<bool>()).prop_map(
+        |((middle, right, down), attributes, jitter, w, h, gl)| {
+            let range = if gl { DepthRange::MinusOneToOne } else { DepthRange::ZeroToOne };
+            let viewport = Viewport::new(0, 0, w, h).expect("small").with_depth_range(range);
+            let seen = [middle[0], middle[1], middle[2].abs() + 0.2, middle[3].abs() + 0.4];
+            let mut poly = Poly::default();
+            for (i, j) in jitter.iter().enumerate() {
+                let angle = (i as f64 + 0.9 * j) * std::f64::consts::TAU / jitter.len() as f64;
+                let (s, t) = (angle.cos(), angle.sin());
+                poly.positions.push([0, 1, 2, 3].map(|c| seen[c] + s * right[c] + t * down[c]));
+                let value = |([a, b, c], e): &([f64; 3], i32)| {
+                    ((a * s + b * t + c) * 10.0_f64.powi(*e)) as f32
+                };
+                poly.attributes.push(attributes.iter().map(value).collect());
+            }
+            (View::whole(viewport), poly)
+        },
+    )
+}
+
+/// Polygons that are neither flat nor have affine attributes, nor keep their order, on the
+/// screen and out of it.
+pub(crate) fn loose_polygons() -> impl Strategy<Value = (View, Poly)> {
+    let coordinate = || prop_oneof![4 => -1.5..1.5_f64, 1 => -100.0..100.0];
+    let vertex = ([coordinate(), coordinate(), coordinate(), coordinate()], any::<bool>());
+    let attributes = prop::collection::vec(-9.0..9.0_f32, 3);
+    let vertices = prop::collection::vec((vertex, attributes), 3..=8);
+    let modes = prop::collection::vec(varying().prop_map(|v| v.mode), 3);
+    let side = || prop_oneof![1..40_u32, Just(64)];
+    (vertices, modes, side(), side()).prop_map(|(vertices, interpolation, w, h)| {
+        let viewport = Viewport::new(0, 0, w, h).expect("small");
+        let mut poly = Poly::default();
+        for (([x, y, z, w], behind), attributes) in vertices {
+            // Most in front of the eye, and between the planes.
+            let w = if behind { w } else { w.abs() + 0.1 };
+            poly.positions.push([x, y, if behind { z } else { z.abs().min(w) }, w]);
+            poly.attributes.push(attributes);
+        }
+        (View { interpolation, ..View::whole(viewport) }, poly)
+    })
 }
