@@ -75,6 +75,16 @@ impl VertexArrays {
         [self.numbers[at], self.numbers[at + 1], self.numbers[at + 2], self.numbers[at + 3]]
     }
 
+    /// (x, y, z, w) of all vertices.
+    pub fn positions(&self) -> impl ExactSizeIterator<Item = [f64; 4]> + Clone {
+        (0..self.len()).map(|i| self.position(i))
+    }
+
+    /// The positions as a slice, if there are no attributes between them.
+    pub(crate) fn bare_positions(&self) -> &[[f64; 4]] {
+        if self.stride == 4 { self.numbers.as_chunks().0 } else { &[] }
+    }
+
     /// The attributes of vertex `i`, below `len()`.
     #[inline]
     pub fn attributes(&self, i: usize) -> &[f64] {
@@ -84,15 +94,6 @@ impl VertexArrays {
     /// All numbers of vertex `i`.
     fn array(&self, i: usize) -> &[f64] {
         &self.numbers[i * self.stride..(i + 1) * self.stride]
-    }
-
-    /// Multiplies all positions by both factors, one after the other.
-    pub(crate) fn scale_positions(&mut self, first: f64, second: f64) {
-        for array in self.numbers.chunks_exact_mut(self.stride) {
-            for component in &mut array[..4] {
-                *component = *component * first * second;
-            }
-        }
     }
 
     /// Bytes held.
@@ -182,17 +183,31 @@ impl Clipper {
         self.planes.len()
     }
 
-    /// Sorts `vertices`, whose positions must be finite: what is to be done with them?
-    pub fn classify(&self, vertices: &VertexArrays) -> Outcodes {
-        let (mut beyond_all, mut outside_all, mut crossed) = (0b1111_u32, u64::MAX, 0_u64);
-        for i in 0..vertices.len() {
-            let p = vertices.position(i);
+    /// Sorts vertices by their positions, which must be finite: what is to be done with them?
+    #[inline(always)]
+    pub fn classify(&self, positions: impl Iterator<Item = [f64; 4]> + Clone) -> Outcodes {
+        let (mut beyond_all, mut beyond_any) = (0b11_1111_u32, 0_u32);
+        for p in positions.clone() {
             let [x, y, _, w] = p;
             // A vertex with w < 0 is outside both sides of an axis.
-            beyond_all &= u32::from(x < -w)
+            let outside = u32::from(x < -w)
                 | u32::from(x > w) << 1
                 | u32::from(y < -w) << 2
-                | u32::from(y > w) << 3;
+                | u32::from(y > w) << 3
+                | u32::from(clip_distance(&self.planes[0], p) < 0.0) << 4
+                | u32::from(clip_distance(&self.planes[1], p) < 0.0) << 5;
+            beyond_all &= outside;
+            beyond_any |= outside;
+        }
+        if beyond_all != 0 {
+            return Outcodes { hidden: true, crossed: 0 };
+        }
+        // The guard band lies outside of the viewport.
+        if beyond_any == 0 && self.planes.len() == FIXED_PLANES {
+            return Outcodes { hidden: false, crossed: 0 };
+        }
+        let (mut outside_all, mut crossed) = (u64::MAX, 0_u64);
+        for p in positions {
             let mut outside = 0_u64;
             for (k, plane) in self.planes.iter().enumerate() {
                 outside |= u64::from(clip_distance(plane, p) < 0.0) << k.min(SHARED_BIT);
@@ -200,13 +215,13 @@ impl Clipper {
             crossed |= outside;
             outside_all &= outside;
         }
-        Outcodes { crossed, hidden: beyond_all != 0 || outside_all & !(1 << SHARED_BIT) != 0 }
+        Outcodes { crossed, hidden: outside_all & !(1 << SHARED_BIT) != 0 }
     }
 
     /// Clips `vertices` in place, against the planes that they cross. All positions must be
     /// finite. A convex polygon of N vertices leaves at most N + [`Self::plane_count`].
     pub fn clip(&mut self, vertices: &mut VertexArrays) -> Clipped {
-        let outcodes = self.classify(vertices);
+        let outcodes = self.classify(vertices.positions());
         if outcodes.hidden {
             return Clipped::Outside;
         }

@@ -21,15 +21,19 @@ pub struct ScreenVertex {
     pub vertex: u32,
 }
 
-/// Divides the positions of `vertices` by w, takes them through `viewport` and snaps them into
-/// `out`, which is cleared first. A vertex that names no place, (0, 0, 0, 0), is left out.
-pub fn divide(vertices: &VertexArrays, viewport: Viewport, out: &mut Vec<ScreenVertex>) {
+/// Divides `positions` by w, takes them through `viewport` and snaps them into `out`, which is
+/// cleared first. A vertex that names no place, (0, 0, 0, 0), is left out.
+#[inline(always)]
+pub fn divide(
+    positions: impl Iterator<Item = [f64; 4]>,
+    viewport: Viewport,
+    out: &mut Vec<ScreenVertex>,
+) {
     out.clear();
     let [half_w, half_h] = viewport.half_size();
     let [centre_x, centre_y] = viewport.centre();
     let corner = viewport.rect();
-    for (vertex, i) in (0_u32..).zip(0..vertices.len()) {
-        let [x, y, _, w] = vertices.position(i);
+    for (vertex, [x, y, _, w]) in (0_u32..).zip(positions) {
         // The clipper leaves no other w than this and w > 0, but for a hair.
         if w <= 0.0 {
             continue;
@@ -52,7 +56,18 @@ pub fn divide_array(vertices: &VertexArrays, i: usize) -> impl Iterator<Item = f
 
 /// Twice the area that the snapped vertices enclose, with 32 fraction bits, exactly; positive
 /// for counter-clockwise ones (y up).
+#[inline(always)]
 pub fn snapped_area(vertices: &[ScreenVertex]) -> i128 {
+    if let [a, b, c] = vertices {
+        let [ax, ay] = a.snapped.map(Subpixel::wide);
+        let offset = |v: &ScreenVertex| v.snapped.map(Subpixel::wide);
+        let ([bx, by], [cx, cy]) = (offset(b), offset(c));
+        let (bx, by, cx, cy) = (bx - ax, by - ay, cx - ax, cy - ay);
+        let largest = bx.abs().max(by.abs()).max(cx.abs()).max(cy.abs());
+        if largest < 1 << 30 {
+            return i128::from(by * cx - bx * cy);
+        }
+    }
     let Some(last) = vertices.last() else { return 0 };
     let [mut x, mut y] = last.snapped.map(Subpixel::wide);
     let mut area = 0_i128;

@@ -102,7 +102,8 @@ pub struct Outline {
 
 impl Outline {
     /// Takes the edges of the closed polygon `vertices`.
-    pub fn set(&mut self, vertices: &[ScreenVertex]) {
+    #[inline(always)]
+    pub fn set(&mut self, vertices: &[ScreenVertex]) -> &mut Self {
         self.edges.clear();
         self.edges.extend((0_u32..).zip(vertices).filter_map(|(i, to)| {
             let last = u32::try_from(vertices.len() - 1).unwrap_or(u32::MAX);
@@ -127,6 +128,7 @@ impl Outline {
             _ => 0,
         };
         self.two_chains = turns + closing == 2;
+        self
     }
 
     /// The rows that have crossings: half-open, empty if there are none.

@@ -1,4 +1,4 @@
-//! Fixed point: the subpixel grid, and integers scaled by a power of two. Every shift lives here.
+//! Fixed point: the subpixel grid, and powers of two. Every shift lives here.
 
 use crate::space::Grid;
 
@@ -19,6 +19,7 @@ impl Subpixel {
     /// Snaps a framebuffer coordinate (pixels), round to nearest even, where the viewport's
     /// corner is at `corner`. What lies beyond the grid's reach (a hair, behind the guard
     /// band) goes to its end; NaN to 0.
+    #[inline(always)]
     pub fn snap(framebuffer: f64, corner: i32, grid: Grid) -> Self {
         let steps = grid.steps_per_pixel();
         let whole = round_to_even(framebuffer * f64::from(steps));
@@ -45,6 +46,7 @@ impl Subpixel {
     ///  |----o----|----o----|       an edge from y0 to y1 owns the rows
     ///  0   1/2   1   3/2   2       first_centre(y0) .. first_centre(y1)
     /// ```
+    #[inline(always)]
     pub fn first_centre(self) -> i32 {
         // Without overflow: the reach leaves a pixel.
         (self.0 + (Self::HALF - 1)) >> Self::FRACTION_BITS
@@ -58,6 +60,7 @@ impl Subpixel {
 
 /// The nearest whole number, ties to even; 0 for NaN; `value` below 2^51 in magnitude
 /// (beyond it, what comes out is as large).
+#[inline(always)]
 fn round_to_even(value: f64) -> i64 {
     // The sum has no room for a fraction, so the addition rounds, half to even.
     const WHOLE: f64 = 6_755_399_441_055_744.0;
@@ -69,6 +72,7 @@ fn round_to_even(value: f64) -> i64 {
 }
 
 /// 2^`exponent` for -1022 <= `exponent` <= 1023; what lies beyond becomes 0 or infinity.
+#[inline(always)]
 pub(crate) fn power_of_two(exponent: i32) -> f64 {
     match exponent {
         ..-1022 => 0.0,
@@ -80,6 +84,7 @@ pub(crate) fn power_of_two(exponent: i32) -> f64 {
 
 /// The exponent e of 2^e <= |`value`| < 2^(e + 1), subnormals included; `None` for 0, NaN and
 /// infinity.
+#[inline(always)]
 pub(crate) fn exponent_of(value: f64) -> Option<i32> {
     let bits = value.to_bits();
     let biased = i32::try_from(bits >> 52 & 0x7FF).unwrap_or(0);
@@ -91,33 +96,6 @@ pub(crate) fn exponent_of(value: f64) -> Option<i32> {
             Some(i32::try_from(top).unwrap_or(0) - 1074)
         }
         _ => Some(biased - 1023),
-    }
-}
-
-/// A linear function of the pixel, in integers: `c + x u + y v` for the pixel `u` columns and
-/// `v` rows from the anchor, times 2^-`fraction_bits` (the polygon's block exponent for this
-/// quantity). Integer additions are associative, so the value at a pixel is the same by every
-/// path; outside the polygon it may wrap, harmlessly.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct FixedPlane {
-    /// At the anchor; `fraction_bits` fraction bits, below 2^62 in magnitude at all covered
-    /// pixels.
-    pub(crate) c: i64,
-    /// Step to the next column; `fraction_bits` fraction bits.
-    pub(crate) d_dx: i64,
-    /// Step to the next row; `fraction_bits` fraction bits.
-    pub(crate) d_dy: i64,
-    /// How many of the bits are fraction: any number, also negative.
-    pub(crate) fraction_bits: i32,
-}
-
-impl FixedPlane {
-    /// The value at (`u`, `v`) from the anchor, `fraction_bits` fraction bits.
-    #[inline]
-    pub(crate) fn at(&self, u: i32, v: i32) -> i64 {
-        self.c
-            .wrapping_add(self.d_dx.wrapping_mul(i64::from(u)))
-            .wrapping_add(self.d_dy.wrapping_mul(i64::from(v)))
     }
 }
 

@@ -47,6 +47,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod error;
+pub mod simd;
 pub mod space;
 pub mod fixed;
 mod exact;
@@ -70,6 +71,7 @@ pub use depth::{Compare, DepthSource, DepthTest};
 pub use error::Error;
 pub use polygon::{Indexed, Polygon, Strided, Vertex};
 pub use shade::{BLOCK, Block, Fragment, Inputs, Shader, Solid, unorm8};
+pub use simd::Simd;
 pub use space::{DepthRange, Grid, PixelRect, Viewport};
 pub use stats::Stats;
 pub use target::{DepthBuffer, Plane, Target};

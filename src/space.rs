@@ -75,6 +75,12 @@ impl Grid {
             Self::Eight => 1 << 8,
         }
     }
+
+    /// How far a covered centre can lie outside of the unsnapped polygon, in pixels along
+    /// either axis: twice what rounding to the grid moves a vertex, and room.
+    pub(crate) fn snap_reach(self) -> f64 {
+        2.0 / f64::from(self.steps_per_pixel())
+    }
 }
 
 /// A rectangle of pixels in the framebuffer: columns `x0..x1`, rows `y0..y1`, half-open.

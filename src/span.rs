@@ -1,12 +1,15 @@
 //! The X loop: from a span to blocks of values.
 //!
-//! Blocks of 16 pixels begin at columns that are multiples of 16, wherever the span begins. A
-//! quantity's numerator D and the common denominator Q are fixed-point accumulators; a pixel
-//! costs one addition each, one reciprocal, and a multiplication for each attribute. The
-//! quotient in `f64` comes with a bound of its error; where both ends of it round to the same
-//! `f32`, that is the correctly rounded value (Ziv's test), else exact arithmetic finds it. So
-//! the bits depend on nothing but the polygon and the pixel.
-//! docs/precision.md, "The X loop", derives the bound.
+//! Blocks of 16 pixels begin at columns that are multiples of 16, wherever the span begins; a
+//! value depends on its pixel alone, so that any number of lanes at a time gives the same bits.
+//! A pixel costs the common denominator Q and one reciprocal, and for each attribute a numerator
+//! and a multiplication; none where 1/w does not change.
+//!
+//! The quotient in `f64` comes with a bound of its error. `Fast` rounds it once. `Exact` looks
+//! whether both ends of the bound round to the same `f32` (Ziv's test): then that is the
+//! correctly rounded value, else exact arithmetic finds it. docs/precision.md, "The X loop",
+//! derives the bound. The loops over lanes are plain; whoever calls decides for which
+//! instruction set they are compiled.
 
 use alloc::vec::Vec;
 use core::cmp::Ordering;
@@ -17,9 +20,7 @@ use crate::divide::{ScreenVertex, divide};
 use crate::edge::Span;
 use crate::fixed::power_of_two;
 use crate::gradient::frame::U;
-use crate::gradient::{
-    Affine, ConstantAlong, Field, Gradients, Quantity, Subject, nearest_f32, widen,
-};
+use crate::gradient::{Affine, ConstantAlong, Field, Gradients, Quantity, Subject, nearest_f32};
 use crate::polygon::Polygon;
 use crate::shade::BLOCK;
 use crate::varying::{CANONICAL_NAN, Interpolation};
@@ -39,14 +40,27 @@ const CERTAIN: f64 = 1.0 / 256.0;
 /// 16 lanes of `f64`.
 type Wide = [f64; BLOCK];
 
-/// A block's reciprocals: 1/Q and the relative error of each, in a polygon's fixed-point units.
+/// A block's reciprocals.
 #[derive(Clone, Copy, Debug)]
 struct Reciprocals {
+    /// 1/Q.
     r: Wide,
+    /// The relative error of each, if that is asked for.
     relative_error: Wide,
-    /// Lanes at which 1/w is surely positive, and the error small.
+    /// Lanes at which 1/w is surely positive, and the error small; or that need not be looked at.
     certain: u16,
 }
+
+/// 0, 1, ... 15.
+const LANES: Wide = {
+    let mut lanes = [0.0; BLOCK];
+    let mut i = 0;
+    while i < BLOCK {
+        lanes[i] = i as f64;
+        i += 1;
+    }
+    lanes
+};
 
 /// Finds the values of a polygon's quantities, block by block.
 #[derive(Debug)]
@@ -62,9 +76,12 @@ pub(crate) struct SpanWalker<'a, V: ?Sized> {
     u: i32,
     v: i32,
     reciprocals: Reciprocals,
+    /// Are they this block's?
+    has_reciprocals: bool,
 }
 
 impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
+    #[inline(always)]
     pub(crate) fn new(
         subject: &'a Subject<'a, V>,
         gradients: &'a mut Gradients,
@@ -78,60 +95,80 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
             exact_values: 0,
             corners: None,
             u: 0,
-            v: i32::MIN,
+            v: 0,
             reciprocals: none,
+            has_reciprocals: false,
         }
     }
 
     /// Goes to the block that begins at framebuffer column `x` of row `y`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn seek(&mut self, x: i32, y: i32) {
         let [anchor_x, anchor_y] = self.gradients.anchor.pixel;
         let (u, v) = (x - anchor_x, y - anchor_y);
-        // What was found for the last block may hold for this one.
-        let same = match self.gradients.constant {
-            ConstantAlong::Polygon => self.v != i32::MIN,
+        // What was found for another block may hold for this one.
+        self.has_reciprocals &= match self.gradients.constant {
+            ConstantAlong::Polygon => true,
             ConstantAlong::Row => self.v == v,
-            ConstantAlong::Column => self.u == u && self.v != i32::MIN,
+            ConstantAlong::Column => self.u == u,
             ConstantAlong::Nothing => false,
         };
         (self.u, self.v) = (u, v);
-        if !same {
-            self.reciprocals = self.find_reciprocals();
-        }
     }
 
-    fn find_reciprocals(&self) -> Reciprocals {
+    /// Sees to it that the reciprocals are this block's.
+    #[inline(always)]
+    fn find_reciprocals(&mut self) {
+        if self.has_reciprocals {
+            return;
+        }
+        self.has_reciprocals = true;
         let gradients = &*self.gradients;
-        let mut found = Reciprocals { r: [0.0; BLOCK], relative_error: [0.0; BLOCK], certain: 0 };
-        let mut q = gradients.q.at(self.u, self.v);
-        if gradients.q.d_dx == 0 {
-            let r = 1.0 / widen(q);
-            found.r = [r; BLOCK];
+        let (q, row) = (gradients.q, gradients.q.row(f64::from(self.v)));
+        let found = &mut self.reciprocals;
+        if q.x == 0.0 {
+            found.r = [1.0 / row; BLOCK];
         } else {
-            for r in &mut found.r {
-                *r = 1.0 / widen(q);
-                q = q.wrapping_add(gradients.q.d_dx);
+            let first = f64::from(self.u);
+            for (r, lane) in found.r.iter_mut().zip(LANES) {
+                *r = 1.0 / (row + q.x * (first + lane));
             }
         }
-        for lane in 0..BLOCK {
-            let error = gradients.q_error * found.r[lane].abs();
-            found.relative_error[lane] = error;
-            // Also refuses what is no number.
-            let certain = found.r[lane] * gradients.q_sign > 0.0 && error < CERTAIN;
-            found.certain |= u16::from(certain) << lane;
+        found.certain = u16::MAX;
+        if gradients.strict {
+            for lane in 0..BLOCK {
+                let error = gradients.q_error * found.r[lane].abs();
+                found.relative_error[lane] = error;
+                // Also refuses what is no number.
+                let certain = found.r[lane] * gradients.q_sign > 0.0 && error < CERTAIN;
+                found.certain &= !(u16::from(!certain) << lane);
+            }
         }
-        found
     }
 
     /// Is attribute `k` the same all over?
-    #[inline]
+    #[inline(always)]
     pub(crate) fn is_constant(&self, k: usize) -> bool {
         matches!(self.gradients.attributes.get(k), Some(Field::Constant(_)))
     }
 
+    /// Sets the attributes up for the polygon's first pixel, and fills in those that are
+    /// constant.
+    #[inline(always)]
+    pub(crate) fn prepare_attributes(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
+        if self.gradients.has_attributes {
+            return;
+        }
+        self.gradients.set_attributes(self.subject);
+        lanes.clear();
+        lanes.extend(self.gradients.attributes.iter().map(|field| match field {
+            Field::Constant(value) => [*value; BLOCK],
+            _ => [0.0; BLOCK],
+        }));
+    }
+
     /// The values of `quantity` at the lanes of `mask`, within `span`, clamped to its range.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn evaluate(
         &mut self,
         quantity: Quantity,
@@ -142,14 +179,98 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
         let certain = match self.gradients.field(quantity) {
             None => return,
             Some(Field::Constant(value)) => {
-                *out = [value; BLOCK];
+                *out = [*value; BLOCK];
                 return;
             }
-            Some(Field::Affine(affine)) => self.affine(&affine, out) & self.reciprocals.certain,
-            Some(Field::W(range)) => self.w(range, out) & self.reciprocals.certain,
-            Some(Field::Across(carried, range)) => self.across(carried, range, span, out),
+            Some(Field::Affine(affine)) => {
+                let affine = *affine;
+                if affine.over_w || affine.strict {
+                    self.find_reciprocals();
+                }
+                self.affine(&affine, out)
+            }
+            Some(Field::W(range)) => {
+                let range = *range;
+                self.find_reciprocals();
+                self.w(range, out)
+            }
+            Some(Field::Across(carried, range)) => {
+                let (carried, range) = (*carried, *range);
+                self.across(carried, range, span, out)
+            }
         };
-        let mut left = mask & !certain;
+        if mask & !certain != 0 {
+            self.settle_lanes(quantity, span, mask & !certain, out);
+        }
+    }
+
+    /// base + D r, and the lanes at which it is good enough.
+    #[inline(always)]
+    fn affine(&self, affine: &Affine, out: &mut [f32; BLOCK]) -> u16 {
+        let d = &affine.numerator;
+        let (row, first) = (d.row(f64::from(self.v)), f64::from(self.u));
+        let mut t: Wide = [0.0; BLOCK];
+        for (t, lane) in t.iter_mut().zip(LANES) {
+            *t = row + d.x * (first + lane);
+        }
+        let r = &self.reciprocals.r;
+        if affine.over_w {
+            for (t, r) in t.iter_mut().zip(r) {
+                *t *= r;
+            }
+        } else {
+            for t in &mut t {
+                *t *= affine.scale;
+            }
+        }
+        if affine.strict {
+            let mut error: Wide = [affine.error; BLOCK];
+            for lane in 0..BLOCK {
+                let relative = if affine.over_w {
+                    error[lane] *= r[lane].abs();
+                    self.reciprocals.relative_error[lane]
+                } else {
+                    self.gradients.det_relative_error
+                };
+                error[lane] += t[lane].abs() * (relative + QUOTIENT_ERROR);
+                t[lane] += affine.base;
+            }
+            return round_surely(&t, &error, affine.range, out) & self.reciprocals.certain;
+        }
+        for (out, t) in out.iter_mut().zip(t) {
+            *out = clamp(nearest_f32(t + affine.base), affine.range);
+        }
+        let mut certain = u16::MAX;
+        if affine.doubtful_below > 0.0 {
+            for (lane, t) in t.iter().enumerate() {
+                certain &= !(u16::from(t.abs() < affine.doubtful_below) << lane);
+            }
+        }
+        certain
+    }
+
+    /// w = det/Q.
+    #[inline(always)]
+    fn w(&self, range: [f32; 2], out: &mut [f32; BLOCK]) -> u16 {
+        let gradients = &*self.gradients;
+        let t = self.reciprocals.r.map(|r| r * gradients.w_scale);
+        if !gradients.strict {
+            *out = t.map(|t| clamp(nearest_f32(t), range));
+            return u16::MAX;
+        }
+        let mut error: Wide = [0.0; BLOCK];
+        for lane in 0..BLOCK {
+            let relative = self.reciprocals.relative_error[lane] + gradients.det_relative_error;
+            error[lane] = t[lane].abs() * (relative + QUOTIENT_ERROR);
+        }
+        round_surely(&t, &error, range, out) & self.reciprocals.certain
+    }
+
+    /// The last resort, for some pixels.
+    #[cold]
+    #[inline(never)]
+    fn settle_lanes(&mut self, quantity: Quantity, span: &Span, mask: u16, out: &mut [f32; BLOCK]) {
+        let mut left = mask;
         while left != 0 {
             let lane = left.trailing_zeros();
             left &= left - 1;
@@ -158,49 +279,8 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
         }
     }
 
-    /// base + D r, and the lanes at which it is surely rounded right.
-    #[inline]
-    fn affine(&self, affine: &Affine, out: &mut [f32; BLOCK]) -> u16 {
-        let plane = &affine.plane;
-        let mut d = plane.at(self.u, self.v);
-        let mut t: Wide = [0.0; BLOCK];
-        for t in &mut t {
-            *t = widen(d) * affine.scale;
-            d = d.wrapping_add(plane.d_dx);
-        }
-        let mut error: Wide = [affine.error; BLOCK];
-        if affine.over_w {
-            for lane in 0..BLOCK {
-                let r = self.reciprocals.r[lane];
-                t[lane] *= r;
-                error[lane] = affine.error * r.abs()
-                    + t[lane].abs() * (self.reciprocals.relative_error[lane] + QUOTIENT_ERROR);
-            }
-        } else {
-            for lane in 0..BLOCK {
-                error[lane] += t[lane].abs() * (self.gradients.det_relative_error + QUOTIENT_ERROR);
-            }
-        }
-        for t in &mut t {
-            *t += affine.base;
-        }
-        round(&t, &error, affine.range, out)
-    }
-
-    /// w = det/Q.
-    fn w(&self, range: [f32; 2], out: &mut [f32; BLOCK]) -> u16 {
-        let t = self.reciprocals.r.map(|r| r * self.gradients.w_scale);
-        let mut error: Wide = [0.0; BLOCK];
-        for lane in 0..BLOCK {
-            let relative = self.reciprocals.relative_error[lane]
-                + self.gradients.det_relative_error
-                + QUOTIENT_ERROR;
-            error[lane] = t[lane].abs() * relative;
-        }
-        round(&t, &error, range, out)
-    }
-
     /// Along the edges of `span` and across it.
+    #[inline(never)]
     fn across(
         &mut self,
         carried: Carried,
@@ -220,7 +300,7 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
             Carried::InvW => 1.0 / scale,
             _ => 1.0,
         };
-        round(&value.map(|v| v * scale), &error.map(|e| e * scale), range, out)
+        round_surely(&value.map(|v| v * scale), &error.map(|e| e * scale), range, out)
     }
 
     /// The centre of the pixel in column `u` from the anchor of this row.
@@ -229,11 +309,10 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
         [u + anchor_x, self.v + anchor_y].map(|c| f64::from(c) + 0.5)
     }
 
-    /// The last resort, for one pixel.
-    #[cold]
+    /// The correctly rounded value at one pixel.
     fn settle(&mut self, quantity: Quantity, span: &Span, u: i32) -> f32 {
         self.exact_values += 1;
-        match self.gradients.field(quantity) {
+        match self.gradients.field(quantity).copied() {
             None => CANONICAL_NAN,
             Some(Field::Constant(value)) => value,
             Some(Field::Across(carried, range)) => {
@@ -258,13 +337,13 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
                     arrays.set_noperspective(k);
                 }
             }
-            for i in 0..subject.positions.len() {
+            for (i, position) in subject.positions.iter().enumerate() {
                 let values = (0..attributes).map(|k| f64::from(subject.polygon.attribute(i, k)));
-                arrays.push(subject.positions.position(i), values);
+                arrays.push(*position, values);
             }
             let mut screen = Vec::new();
             if clipper.clip(&mut arrays) != Clipped::Outside {
-                divide(&arrays, subject.viewport, &mut screen);
+                divide(arrays.positions(), subject.viewport, &mut screen);
             }
             (arrays, screen)
         });
@@ -301,8 +380,8 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
 
 /// Rounds `value` to `f32`, and tells at which lanes any number within `error` of it rounds to
 /// the same, once clamped to `range`.
-#[inline]
-fn round(value: &Wide, error: &Wide, range: [f32; 2], out: &mut [f32; BLOCK]) -> u16 {
+#[inline(always)]
+fn round_surely(value: &Wide, error: &Wide, range: [f32; 2], out: &mut [f32; BLOCK]) -> u16 {
     let mut certain = 0;
     for lane in 0..BLOCK {
         // The bound is of first order, and the sums below round too.
@@ -318,7 +397,7 @@ fn round(value: &Wide, error: &Wide, range: [f32; 2], out: &mut [f32; BLOCK]) ->
 }
 
 /// `value` within `range`, whose lower end, if it is 0, is +0: a number below it becomes that.
-#[inline]
+#[inline(always)]
 fn clamp(value: f32, [low, high]: [f32; 2]) -> f32 {
     let value = if value > low { value } else { low };
     if value > high { high } else { value }

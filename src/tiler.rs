@@ -2,14 +2,17 @@
 
 use alloc::vec::Vec;
 
+use fearless_simd::dispatch;
+
 use crate::clip::{ClipPlane, Clipped, Clipper, VertexArrays};
 use crate::depth::{DepthSource, DepthTest};
 use crate::divide::{ScreenVertex, divide, snapped_area};
 use crate::edge::{Outline, Span};
-use crate::fixed::{exponent_of, power_of_two};
-use crate::gradient::{ConstantAlong, Field, Gradients, Quantity, Subject, Wanted};
+use crate::fixed::{Subpixel, exponent_of, power_of_two};
+use crate::gradient::{ConstantAlong, Gradients, Quantity, Subject, Wanted};
 use crate::polygon::Polygon;
 use crate::shade::{BLOCK, Block, Inputs, Shader};
+use crate::simd::Simd;
 use crate::space::{PixelRect, Viewport};
 use crate::span::SpanWalker;
 use crate::stats::Stats;
@@ -66,6 +69,7 @@ pub struct Tiler {
     precision: Precision,
     interpolation: Vec<Interpolation>,
     clipper: Clipper,
+    simd: Simd,
     stats: Stats,
     scratch: Scratch,
 }
@@ -74,7 +78,7 @@ pub struct Tiler {
 #[derive(Debug, Default)]
 struct Scratch {
     /// As given, times a power of two.
-    given: VertexArrays,
+    given: Vec<[f64; 4]>,
     clipped: VertexArrays,
     screen: Vec<ScreenVertex>,
     outline: Outline,
@@ -95,6 +99,7 @@ impl Tiler {
             precision: Precision::Fast,
             interpolation: Vec::new(),
             clipper: Clipper::new(viewport),
+            simd: Simd::auto(),
             stats: Stats::default(),
             scratch: Scratch::default(),
         }
@@ -139,6 +144,13 @@ impl Tiler {
         self
     }
 
+    /// Which of the machine's instruction sets to use; the widest unless set. No bit depends on
+    /// it.
+    pub fn set_simd(&mut self, simd: Simd) -> &mut Self {
+        self.simd = simd;
+        self
+    }
+
     /// Counts since the tiler was made or since [`reset_stats`](Self::reset_stats).
     pub fn stats(&self) -> Stats {
         self.stats
@@ -166,7 +178,8 @@ impl Tiler {
         T: Target<Pixel = S::Pixel>,
     {
         self.stats.polygons += 1;
-        let outcome = self.take_through(polygon, shader, target, depth);
+        let outcome =
+            dispatch!(self.simd.0, _simd => self.take_through(polygon, shader, target, depth));
         let culled = &mut self.stats.culled;
         match outcome {
             Outcome::Drawn => {}
@@ -180,6 +193,7 @@ impl Tiler {
     }
 
     /// The pipeline.
+    #[inline(always)]
     fn take_through<V, S, T>(
         &mut self,
         polygon: &V,
@@ -202,28 +216,30 @@ impl Tiler {
         };
 
         // 2. Clip, against the crossed planes only.
-        let outcodes = self.clipper.classify(given);
+        let outcodes = self.clipper.classify(given.iter().copied());
         if outcodes.hidden {
             return Outcome::Outside;
         }
-        let visible_vertices = if outcodes.accepted() {
-            &*given
+        let visible: &[[f64; 4]] = if outcodes.accepted() {
+            given
         } else {
-            clipped.clone_from(given);
+            clipped.reset(0);
+            given.iter().for_each(|p| clipped.push(*p, []));
             if self.clipper.clip(clipped) == Clipped::Outside || clipped.is_empty() {
                 return Outcome::Outside;
             }
             self.stats.clipped += 1;
-            &*clipped
+            clipped.bare_positions()
         };
 
         // 3. Divide by w, through the viewport, onto the subpixel grid.
-        divide(visible_vertices, self.viewport, screen);
+        divide(visible.iter().copied(), self.viewport, screen);
 
-        // 4. Which way it faces, exactly.
+        // 4. Which way it faces, exactly; and whether a pixel's centre is near.
         let area = snapped_area(screen);
-        outline.set(screen);
-        if area == 0 && !outline.covers_anything() {
+        let bounds = Bounds::of(screen, self.viewport);
+        let seen = bounds.rect.intersect(self.viewport.rect());
+        if area == 0 && (bounds.rect.is_empty() || !outline.set(screen).covers_anything()) {
             return Outcome::Degenerate;
         }
         let left_out = match self.cull {
@@ -234,45 +250,46 @@ impl Tiler {
         if left_out {
             return Outcome::Backface;
         }
+        let window = window(self.viewport, self.origin, target.size(), depth.as_deref());
+        if seen.intersect(window).is_empty() {
+            return Outcome::Drawn;
+        }
 
         // 5. Edges: the Y loop, within what can be seen.
-        let window = window(self.viewport, self.origin, target.size(), depth.as_deref());
         let corner = self.viewport.rect();
         let [x0, x1] = [window.x0, window.x1].map(|x| x - corner.x0);
+        let rows = window.y0 - corner.y0..window.y1 - corner.y0;
         spans.clear();
-        outline.for_each_span(window.y0 - corner.y0..window.y1 - corner.y0, |span| {
+        let mut covered = 0_u64;
+        outline.set(screen).for_each_span(rows, |span| {
             let (start, end) = (span.start.max(x0), span.end.min(x1));
             if start < end {
+                covered += u64::from(end.abs_diff(start));
                 spans.push(Span { start, end, ..span });
             }
         });
-        let (Some(first), Some(last)) = (spans.first(), spans.last()) else {
+        if spans.is_empty() {
             return Outcome::Drawn;
-        };
+        }
 
         // 6. Gradients, of what is asked for; found out: what is constant.
-        let w = screen.iter().map(|v| visible_vertices.position(v.vertex as usize)[3]);
-        let columns = spans.iter().fold([i32::MAX, i32::MIN], |[low, high], span| {
-            [low.min(span.start), high.max(span.end - 1)]
-        });
         let test = depth.is_some().then_some(self.depth_test);
         let source = test.map(|test| test.source);
-        let pixels = spans.iter().map(|span| u64::from(span.end.abs_diff(span.start))).sum();
         let subject = Subject {
             polygon,
             viewport: self.viewport,
             positions: given,
             exponent,
             interpolation: &self.interpolation,
-            clipped_w: [w.clone().fold(f64::INFINITY, f64::min), w.fold(0.0, f64::max)],
-            columns: columns.map(|c| c + corner.x0),
-            rows: [first.row, last.row].map(|r| r + corner.y0),
-            pixels,
+            clipped_w: bounds.w(screen, visible),
+            columns: [seen.x0, seen.x1 - 1],
+            rows: [seen.y0, seen.y1 - 1],
             wanted: Wanted {
                 depth: S::INPUTS.depth || source == Some(DepthSource::Z),
                 inv_w: S::INPUTS.inv_w || source == Some(DepthSource::InvW),
                 w: S::INPUTS.w,
                 attributes: polygon.attribute_count().min(S::INPUTS.attributes),
+                exact: self.precision == Precision::Exact,
             },
         };
         gradients.set(&subject);
@@ -282,34 +299,30 @@ impl Tiler {
             ConstantAlong::Row => self.stats.constant_w.row += 1,
             ConstantAlong::Column => self.stats.constant_w.column += 1,
         }
-        attributes.clear();
-        attributes.extend(gradients.attributes.iter().map(|field| match field {
-            Field::Constant(value) => [*value; BLOCK],
-            _ => [0.0; BLOCK],
-        }));
 
         // 7. Spans: the X loop; depth, then attributes, then the shader, block by block.
         let mut walker = SpanWalker::new(&subject, gradients, &mut self.clipper);
         let mut lanes =
             Lanes { depth: [0.0; BLOCK], inv_w: [0.0; BLOCK], w: [0.0; BLOCK], attributes };
         self.stats.spans += spans.len() as u64;
-        self.stats.pixels_covered += pixels;
+        self.stats.pixels_covered += covered;
+        let mut shaded = 0_u64;
         for span in spans.iter() {
             let y = span.row + corner.y0;
             let (start, end) = (span.start + corner.x0, span.end + corner.x0);
             let target_y = y.abs_diff(self.origin[1]);
             let mut x = start & !(BLOCK_COLUMNS - 1);
             while x < end {
-                let covered = lanes_between(start - x, end - x);
+                let mut mask = lanes_between(start - x, end - x);
                 walker.seek(x, y);
                 let run = TargetRun { x, y: target_y, origin_x: self.origin[0] };
-                let mut mask = covered;
                 if let (Some(test), Some(buffer)) = (test, depth.as_deref_mut()) {
                     let tested = lanes.tested(&mut walker, test.source, span, mask);
                     mask &= run.passing(buffer, mask, tested, test);
                 }
-                self.stats.pixels_shaded += u64::from(mask.count_ones());
                 if mask != 0 {
+                    shaded += u64::from(mask.count_ones());
+                    walker.prepare_attributes(lanes.attributes);
                     lanes.find(&mut walker, S::INPUTS, source, span, mask);
                     let block = lanes.block(x, y, mask);
                     let mut pixels = [S::Pixel::default(); BLOCK];
@@ -329,14 +342,15 @@ impl Tiler {
             }
         }
         self.stats.exact_values += walker.exact_values;
-        self.stats.pixels_hidden = self.stats.pixels_covered - self.stats.pixels_shaded;
+        self.stats.pixels_shaded += shaded;
+        self.stats.pixels_hidden += covered - shaded;
         Outcome::Drawn
     }
 
     /// Bytes that the buffers hold.
     fn bytes(&self) -> usize {
         let scratch = &self.scratch;
-        scratch.given.bytes()
+        scratch.given.capacity() * size_of::<[f64; 4]>()
             + scratch.clipped.bytes()
             + scratch.screen.capacity() * size_of::<ScreenVertex>()
             + scratch.outline.bytes()
@@ -353,33 +367,74 @@ const BLOCK_COLUMNS: i32 = BLOCK as i32;
 /// Copies the positions, times the power of two that brings the largest number into 1..2, and
 /// returns its negated exponent: so that no product overflows, no subnormal is left, and scaled
 /// polygons give the same bits.
-fn take_in<V: Polygon + ?Sized>(polygon: &V, given: &mut VertexArrays) -> Result<i32, Outcome> {
+#[inline(always)]
+fn take_in<V: Polygon + ?Sized>(polygon: &V, given: &mut Vec<[f64; 4]>) -> Result<i32, Outcome> {
     let n = polygon.len();
     if n < 3 {
         return Err(Outcome::Degenerate);
     }
-    given.reset(0);
+    given.clear();
     let mut largest = 0.0_f64;
-    for i in 0..n {
+    let mut finite = true;
+    given.extend((0..n).map(|i| {
         let position = polygon.position(i);
         for component in position {
-            if !component.is_finite() {
-                return Err(Outcome::Refused);
-            }
-            largest = largest.max(component.abs());
+            let size = component.abs();
+            finite &= size < f64::INFINITY;
+            largest = if size > largest { size } else { largest };
         }
-        given.push(position, []);
+        position
+    }));
+    if !finite {
+        return Err(Outcome::Refused);
     }
     let Some(exponent) = exponent_of(largest) else { return Err(Outcome::Degenerate) };
     if exponent != 0 {
         // In two steps: the power alone may lie outside the range.
         let half = exponent / 2;
-        given.scale_positions(power_of_two(-half), power_of_two(half - exponent));
+        let (first, second) = (power_of_two(-half), power_of_two(half - exponent));
+        for component in given.as_flattened_mut() {
+            *component = *component * first * second;
+        }
     }
     Ok(exponent)
 }
 
+/// What the snapped vertices enclose.
+struct Bounds {
+    /// The pixels of the framebuffer whose centres may be covered.
+    rect: PixelRect,
+}
+
+impl Bounds {
+    #[inline(always)]
+    fn of(screen: &[ScreenVertex], viewport: Viewport) -> Self {
+        let Some(first) = screen.first() else { return Self { rect: PixelRect::default() } };
+        let (mut low, mut high) = (first.snapped, first.snapped);
+        for vertex in &screen[1..] {
+            low = [0, 1].map(|k| low[k].min(vertex.snapped[k]));
+            high = [0, 1].map(|k| high[k].max(vertex.snapped[k]));
+        }
+        let corner = viewport.rect();
+        let [x0, y0] = low.map(Subpixel::first_centre);
+        let [x1, y1] = high.map(Subpixel::first_centre);
+        let [x0, x1] = [x0, x1].map(|x| x.saturating_add(corner.x0));
+        let [y0, y1] = [y0, y1].map(|y| y.saturating_add(corner.y0));
+        Self { rect: PixelRect { x0, y0, x1, y1 } }
+    }
+
+    /// Least and greatest w of the vertices that the division kept.
+    #[inline(always)]
+    fn w(&self, screen: &[ScreenVertex], positions: &[[f64; 4]]) -> [f64; 2] {
+        screen.iter().fold([f64::INFINITY, 0.0], |[low, high], vertex| {
+            let w = positions[vertex.vertex as usize][3];
+            [if w < low { w } else { low }, if w > high { w } else { high }]
+        })
+    }
+}
+
 /// The pixels of the framebuffer that can be drawn.
+#[inline(always)]
 fn window(
     viewport: Viewport,
     origin: [i32; 2],
@@ -394,6 +449,7 @@ fn window(
 }
 
 /// The lanes `start..end` of a block; what lies beyond the block is cut.
+#[inline(always)]
 fn lanes_between(start: i32, end: i32) -> u16 {
     let from = u16::MAX << start.clamp(0, BLOCK_COLUMNS - 1);
     if end >= BLOCK_COLUMNS { from } else { from & !(u16::MAX << end.max(0)) }
@@ -404,11 +460,12 @@ struct Lanes<'a> {
     depth: [f32; BLOCK],
     inv_w: [f32; BLOCK],
     w: [f32; BLOCK],
-    attributes: &'a mut [[f32; BLOCK]],
+    attributes: &'a mut Vec<[f32; BLOCK]>,
 }
 
 impl Lanes<'_> {
     /// What the depth test compares.
+    #[inline(always)]
     fn tested<V: Polygon + ?Sized>(
         &mut self,
         walker: &mut SpanWalker<'_, V>,
@@ -425,6 +482,7 @@ impl Lanes<'_> {
     }
 
     /// Everything that the shader reads and the depth test has not found.
+    #[inline(always)]
     fn find<V: Polygon + ?Sized>(
         &mut self,
         walker: &mut SpanWalker<'_, V>,
@@ -449,6 +507,7 @@ impl Lanes<'_> {
         }
     }
 
+    #[inline(always)]
     fn block(&self, x: i32, y: i32, mask: u16) -> Block<'_> {
         Block {
             x,
@@ -472,6 +531,7 @@ struct TargetRun {
 
 impl TargetRun {
     /// The lanes of `mask` whose depth passes.
+    #[inline(always)]
     fn passing(
         self,
         buffer: &DepthBuffer<'_>,
@@ -491,6 +551,7 @@ impl TargetRun {
     }
 
     /// The target's column of lane `lane`, which lies in it.
+    #[inline(always)]
     fn column(self, lane: usize) -> usize {
         (self.x - self.origin_x)
             .wrapping_add_unsigned(u32::try_from(lane).unwrap_or(0))
@@ -498,6 +559,7 @@ impl TargetRun {
     }
 
     /// Hands the lanes of `mask` to the target, run by run.
+    #[inline(always)]
     fn write<T: Target>(self, target: &mut T, mask: u16, pixels: &[T::Pixel; BLOCK]) {
         let mut left = mask;
         while left != 0 {

@@ -18,7 +18,6 @@
 
 use super::triple::{cross, exact_cross, sub};
 use crate::exact::Dyadic;
-use crate::fixed::{FixedPlane, exponent_of, power_of_two};
 use crate::space::Viewport;
 
 /// The rounding of `f64`.
@@ -40,48 +39,44 @@ const DET_ERROR: f64 = 5.0 * U;
 /// A combination of three coefficients, by each product's magnitude.
 const COMBINATION_ERROR: f64 = 6.0 * U;
 
+/// The value at a pixel from its coefficients: two products and two sums, by the magnitude of
+/// all three terms. The same covers coefficients that are rounded once from exact ones.
+const EVALUATION_ERROR: f64 = 6.0 * U;
+
 /// Room for what a bound of first order leaves out.
 const SECOND_ORDER: f64 = 1.001;
 
 /// Below this, underflow might hide an error.
 const TINY: f64 = 1e-270;
 
-/// A linear function of the pixel, `x u + y v + c`, and a bound of each coefficient's error.
+/// A linear function of the pixel `u` columns and `v` rows from the anchor: (c + y v) + x u, in
+/// this order, so that the value at a pixel is the same by every path.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Linear {
-    /// x, y, c.
-    pub(crate) k: [f64; 3],
-    pub(crate) error: [f64; 3],
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) c: f64,
 }
 
 impl Linear {
-    /// Greatest magnitude, and greatest error, at the pixels within `reach`.
-    fn bounds(&self, reach: Reach) -> (f64, f64) {
-        let sum = |k: [f64; 3]| k[0].abs() * reach.u + k[1].abs() * reach.v + k[2].abs();
-        (sum(self.k), sum(self.error))
+    /// The part that a row has in common.
+    #[inline(always)]
+    pub(crate) fn row(&self, v: f64) -> f64 {
+        self.c + self.y * v
     }
 
-    /// In fixed point, and a bound of its error in units of the last place; nothing if its
-    /// magnitude is out of proportion.
-    pub(crate) fn to_fixed(self, reach: Reach) -> Option<(FixedPlane, f64)> {
-        let (magnitude, error) = self.bounds(reach);
-        let Some(exponent) = exponent_of(magnitude) else {
-            return (magnitude == 0.0 && error == 0.0).then(Default::default);
-        };
-        let fraction_bits = HEADROOM - exponent;
-        if fraction_bits.abs() > 1000 {
-            return None;
-        }
-        let scale = power_of_two(fraction_bits);
-        #[expect(clippy::cast_possible_truncation, reason = "below 2^62; a unit is in the bound")]
-        let [d_dx, d_dy, c] = self.k.map(|k| (k * scale) as i64);
-        let plane = FixedPlane { c, d_dx, d_dy, fraction_bits };
-        Some((plane, error * scale + reach.units()))
+    /// The sum of the terms' greatest magnitudes within `reach`.
+    fn size(&self, reach: Reach) -> f64 {
+        self.x.abs() * reach.u + self.y.abs() * reach.v + self.c.abs()
     }
 }
 
-/// Bits that a fixed-point value may have at the pixels of the polygon.
-const HEADROOM: i32 = 60;
+/// A linear function and a bound of its values' error at the covered pixels.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Bounded {
+    pub(crate) linear: Linear,
+    pub(crate) error: f64,
+}
 
 /// How far the covered pixels lie from the anchor, at most, in columns and rows.
 #[derive(Clone, Copy, Debug, Default)]
@@ -91,9 +86,9 @@ pub(crate) struct Reach {
 }
 
 impl Reach {
-    /// The error of three coefficients cut to whole units, in units.
-    fn units(self) -> f64 {
-        self.u + self.v + 1.0
+    /// The greatest value of a linear function with coefficients of these magnitudes.
+    fn total(self, [x, y, c]: [f64; 3]) -> f64 {
+        x * self.u + y * self.v + c
     }
 }
 
@@ -114,12 +109,12 @@ impl Anchor {
         Self { pixel, half: viewport.half_size(), offset }
     }
 
-    /// (X, Y, w) of a clip position, and bounds of the errors of X and Y.
+    /// (X, Y, w) of a clip position, and the magnitudes that X and Y are made of.
+    #[inline(always)]
     fn project(&self, [x, y, _, w]: [f64; 4]) -> ([f64; 3], [f64; 2]) {
-        let terms =
-            [[x * self.half[0], w * self.offset[0]], [-y * self.half[1], w * self.offset[1]]];
-        let error = terms.map(|[s, t]| PROJECTION_ERROR * (s.abs() + t.abs()) + TINY);
-        ([terms[0][0] + terms[0][1], terms[1][0] + terms[1][1], w], error)
+        let (x, y) = (x * self.half[0], -y * self.half[1]);
+        let (dx, dy) = (w * self.offset[0], w * self.offset[1]);
+        ([x + dx, y + dy, w], [x.abs() + dx.abs(), y.abs() + dy.abs()])
     }
 
     /// (X, Y, w) without error.
@@ -137,84 +132,97 @@ impl Anchor {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Frame {
     /// det/w.
-    pub(crate) q: Linear,
+    pub(crate) q: Bounded,
+    q_size: f64,
     /// det times the weight of b, and of c.
     weights: [Linear; 2],
+    weight_error: f64,
+    weight_size: f64,
     pub(crate) det: f64,
     pub(crate) det_error: f64,
 }
 
 impl Frame {
-    pub(crate) fn new(anchor: &Anchor, triple: [[f64; 4]; 3]) -> Self {
+    pub(crate) fn new(anchor: &Anchor, triple: [[f64; 4]; 3], reach: Reach) -> Self {
         let projected = triple.map(|p| anchor.project(p));
         let [a, b, c] = projected.map(|(p, _)| p);
-        let error = [0, 1].map(|k| projected[0].1[k].max(projected[1].1[k]).max(projected[2].1[k]));
+        let error = [0, 1].map(|k| {
+            let size = greatest([projected[0].1[k], projected[1].1[k], projected[2].1[k]]);
+            PROJECTION_ERROR * size
+        });
+        let a_error = [error[0], error[1], 0.0];
         let edges = [sub(b, a), sub(c, a)];
-        let size = [0, 1, 2].map(|k| edges[0][k].abs().max(edges[1][k].abs()));
-        let edge_error = [2.0 * error[0] + U * size[0], 2.0 * error[1] + U * size[1], U * size[2]];
+        let size = [0, 1, 2].map(|k| greatest([edges[0][k].abs(), edges[1][k].abs(), 0.0]));
+        let edge_error = [0, 1, 2].map(|k| 2.0 * a_error[k] + U * size[k]);
 
         // (b - a) x (c - a), by components; each is two products of edges.
         let minor_error = |i: usize, j: usize| {
-            let bound = edge_error[i] * size[j] + (size[i] + edge_error[i]) * edge_error[j];
-            let underflow = if size[i] == 0.0 && edge_error[i] == 0.0
-                || size[j] == 0.0 && edge_error[j] == 0.0
-            {
-                0.0
-            } else {
-                TINY
-            };
-            SECOND_ORDER * (2.0 * bound + MINOR_ERROR * size[i] * size[j]) + underflow
+            2.0 * (edge_error[i] * size[j] + (size[i] + edge_error[i]) * edge_error[j])
+                + MINOR_ERROR * size[i] * size[j]
         };
-        let q = Linear {
-            k: cross(edges[0], edges[1]),
-            error: [minor_error(1, 2), minor_error(2, 0), minor_error(0, 1)],
-        };
+        let [x, y, c] = cross(edges[0], edges[1]);
+        let mut q = Linear { x, y, c };
+        let mut q_error = [minor_error(1, 2), minor_error(2, 0), minor_error(0, 1)];
+        let normal = [x, y, c];
+        let det_error: f64 = (0..3)
+            .map(|k| {
+                (a[k].abs() + a_error[k]) * q_error[k]
+                    + a_error[k] * normal[k].abs()
+                    + DET_ERROR * (a[k] * normal[k]).abs()
+            })
+            .sum();
+        // A slope that cannot be told from 0 is 0, and the bound says what that may cost.
+        if x.abs() <= q_error[0] {
+            q_error[0] += x.abs();
+            q.x = 0.0;
+        }
+        if y.abs() <= q_error[1] {
+            q_error[1] += y.abs();
+            q.y = 0.0;
+        }
 
         // (c - a) x a and a x (b - a).
-        let a_error = [error[0], error[1], 0.0];
         let weight_error = |i: usize, j: usize| {
             let one = |i: usize, j: usize| {
                 edge_error[i] * (a[j].abs() + a_error[j])
-                    + size[i] * a_error[j]
-                    + WEIGHT_ERROR * size[i] * a[j].abs()
+                    + size[i] * (a_error[j] + WEIGHT_ERROR * a[j].abs())
             };
-            SECOND_ORDER * (one(i, j) + one(j, i)) + TINY
+            one(i, j) + one(j, i)
         };
-        let error = [weight_error(1, 2), weight_error(2, 0), weight_error(0, 1)];
-        let weights =
-            [Linear { k: cross(edges[1], a), error }, Linear { k: cross(a, edges[0]), error }];
-
-        let det = a[0] * q.k[0] + a[1] * q.k[1] + a[2] * q.k[2];
-        let det_error = SECOND_ORDER
-            * (0..3)
-                .map(|k| {
-                    (a[k].abs() + a_error[k]) * q.error[k]
-                        + a_error[k] * q.k[k].abs()
-                        + DET_ERROR * (a[k] * q.k[k]).abs()
-                })
-                .sum::<f64>()
-            + TINY;
-        Self { q, weights, det, det_error }
+        let weight_errors = [weight_error(1, 2), weight_error(2, 0), weight_error(0, 1)];
+        let weights = [cross(edges[1], a), cross(a, edges[0])].map(|[x, y, c]| Linear { x, y, c });
+        let q_size = q.size(reach);
+        let weight_size = greatest([weights[0].size(reach), weights[1].size(reach), 0.0]);
+        let q_error = SECOND_ORDER * (reach.total(q_error) + EVALUATION_ERROR * q_size) + TINY;
+        Self {
+            q: Bounded { linear: q, error: q_error },
+            q_size,
+            weights,
+            weight_error: SECOND_ORDER * reach.total(weight_errors) + TINY,
+            weight_size,
+            det: a[0] * normal[0] + a[1] * normal[1] + a[2] * normal[2],
+            det_error: SECOND_ORDER * det_error + TINY,
+        }
     }
 
     /// `base` det/w + `b` lambda_b det + `c` lambda_c det, where each of the three is off by
     /// `input_error` at most.
-    pub(crate) fn combine(&self, [base, b, c]: [f64; 3], input_error: f64) -> Linear {
-        let parts = [(base, &self.q), (b, &self.weights[0]), (c, &self.weights[1])];
-        let mut sum = Linear::default();
-        for i in 0..3 {
-            sum.k[i] = parts.iter().map(|(factor, part)| factor * part.k[i]).sum();
-            let error: f64 = parts
-                .iter()
-                .map(|(factor, part)| {
-                    factor.abs() * part.error[i]
-                        + (COMBINATION_ERROR * factor.abs() + input_error)
-                            * (part.k[i].abs() + part.error[i])
-                })
-                .sum();
-            sum.error[i] = SECOND_ORDER * error;
-        }
-        sum
+    #[inline(always)]
+    pub(crate) fn combine(&self, [base, b, c]: [f64; 3], input_error: f64) -> Bounded {
+        let [wb, wc] = &self.weights;
+        let q = &self.q.linear;
+        let combined = |q: f64, wb: f64, wc: f64| base * q + (b * wb + c * wc);
+        let linear = Linear {
+            x: combined(q.x, wb.x, wc.x),
+            y: combined(q.y, wb.y, wc.y),
+            c: combined(q.c, wb.c, wc.c),
+        };
+        let (base, weight) = (base.abs(), b.abs() + c.abs());
+        let rounding = COMBINATION_ERROR + EVALUATION_ERROR;
+        let error = base * (self.q.error + rounding * self.q_size)
+            + weight * (self.weight_error + rounding * self.weight_size)
+            + input_error * (self.q_size + 2.0 * self.weight_size);
+        Bounded { linear, error: SECOND_ORDER * error + TINY }
     }
 }
 
@@ -246,17 +254,19 @@ pub(crate) fn exact_at([x, y, c]: &[Dyadic; 3], u: i32, v: i32) -> Dyadic {
     x.mul(&Dyadic::from_i32(u)).add(&y.mul(&Dyadic::from_i32(v))).add(c)
 }
 
-/// In fixed point, and a bound of its error in units of the last place.
-pub(crate) fn exact_to_fixed(linear: &[Dyadic; 3], reach: Reach) -> (FixedPlane, f64) {
-    let [x, y, c] = linear.each_ref().map(|k| k.exponent_of());
-    let grown = |k: Option<i32>, by: f64| k.map(|e| e + exponent_of(by).map_or(0, |b| b + 1));
-    let Some(exponent) = grown(x, reach.u).max(grown(y, reach.v)).max(c) else {
-        return Default::default();
-    };
-    // Three terms, each below 2^(exponent + 1).
-    let fraction_bits = HEADROOM - exponent - 2;
-    let [d_dx, d_dy, c] = linear.each_ref().map(|k| k.to_fixed(fraction_bits));
-    (FixedPlane { c, d_dx, d_dy, fraction_bits }, reach.units())
+/// In `f64`.
+pub(crate) fn nearby(linear: &[Dyadic; 3], reach: Reach) -> Bounded {
+    let [x, y, c] = linear.each_ref().map(|k| k.to_f64_near());
+    let linear = Linear { x, y, c };
+    let error = SECOND_ORDER * (EVALUATION_ERROR + 4.0 * U) * linear.size(reach) + TINY;
+    Bounded { linear, error }
+}
+
+/// The greatest of three numbers that are not negative.
+#[inline(always)]
+fn greatest([a, b, c]: [f64; 3]) -> f64 {
+    let ab = if a > b { a } else { b };
+    if ab > c { ab } else { c }
 }
 
 fn exact_sub(a: &[Dyadic; 3], b: &[Dyadic; 3]) -> [Dyadic; 3] {

@@ -1,10 +1,12 @@
 //! Set-up: from a polygon's plane to what changes from pixel to pixel, and what does not.
 //!
-//! Over a flat polygon every attribute is s = D/Q + s_a with D and Q = det/w linear in the
+//! Over a flat polygon every attribute is s = s_a + D/Q with D and Q = det/w linear in the
 //! framebuffer; depth and 1/w are linear themselves. They come from the unsnapped vertices as
 //! given, before clipping, so that they are as good at w < 0 as anywhere. Here they are found in
-//! `f64` with a bound of their error, or exactly where the bound says so; then put into fixed
-//! point. What is constant is found out and costs nothing later.
+//! `f64` with a bound of their error, or exactly where the bound asks for it. What is constant is
+//! found out and costs nothing later; attributes are set up when the first pixel asks for them.
+//!
+//! Nothing here depends on a crop or on where the list of vertices begins.
 
 pub(crate) mod frame;
 pub(crate) mod triple;
@@ -14,16 +16,15 @@ use alloc::vec::Vec;
 use core::cmp::Ordering;
 
 use crate::across::Carried;
-use crate::clip::VertexArrays;
 use crate::exact::{Dyadic, round_quotient};
-use crate::fixed::{FixedPlane, power_of_two};
+use crate::fixed::power_of_two;
 use crate::polygon::Polygon;
 use crate::space::{DepthRange, Viewport};
 use crate::varying::{CANONICAL_NAN, Interpolation};
 
 use triple::AffineFrame;
 
-use frame::{Anchor, ExactFrame, Frame, Reach, U, exact_at, exact_to_fixed};
+use frame::{Anchor, Bounded, ExactFrame, Frame, Linear, Reach, U, exact_at, nearby};
 
 /// How a quantity runs over the polygon.
 #[derive(Clone, Copy, Debug)]
@@ -38,17 +39,21 @@ pub(crate) enum Field {
     Across(Carried, [f32; 2]),
 }
 
-/// A quantity that is base + D `scale` / Q or, if not `over_w`, base + D `scale`.
+/// A quantity that is base + D/Q or, if not `over_w`, base + D `scale`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Affine {
     /// D.
-    pub(crate) plane: FixedPlane,
+    pub(crate) numerator: Linear,
     pub(crate) base: f64,
-    /// From units of D (over units of Q) to the quantity.
+    /// 1/det where 1/Q does not change from pixel to pixel, else 1.
     pub(crate) scale: f64,
     /// Bound of D's error at any pixel, times `scale`.
     pub(crate) error: f64,
     pub(crate) over_w: bool,
+    /// Must each value be shown to be rounded right?
+    pub(crate) strict: bool,
+    /// If not: magnitudes below which it must be.
+    pub(crate) doubtful_below: f64,
     /// What the value is clamped to: finite, and no zero in it is negative.
     pub(crate) range: [f32; 2],
 }
@@ -78,17 +83,14 @@ pub(crate) struct Subject<'a, V: ?Sized> {
     pub(crate) polygon: &'a V,
     pub(crate) viewport: Viewport,
     /// The positions as given, times 2^-`exponent`.
-    pub(crate) positions: &'a VertexArrays,
+    pub(crate) positions: &'a [[f64; 4]],
     pub(crate) exponent: i32,
     pub(crate) interpolation: &'a [Interpolation],
     /// Least and greatest w of the clipped polygon, scaled as `positions` are.
     pub(crate) clipped_w: [f64; 2],
-    /// The covered pixels lie in these columns and rows of the framebuffer: first and last.
+    /// Framebuffer columns and rows that may be covered within the viewport: first and last.
     pub(crate) columns: [i32; 2],
     pub(crate) rows: [i32; 2],
-    /// How many they are.
-    pub(crate) pixels: u64,
-    /// Which quantities are wanted.
     pub(crate) wanted: Wanted,
 }
 
@@ -100,17 +102,8 @@ pub(crate) struct Wanted {
     pub(crate) w: bool,
     /// The first so many, of as many as there are.
     pub(crate) attributes: usize,
-}
-
-/// What the tests of flatness found.
-#[derive(Clone, Copy, Debug)]
-struct Shape {
-    /// The plane of (x, y, w), and that of the framebuffer where all w > 0; nothing for a
-    /// triangle's, over which everything is affine.
-    plane: Option<AffineFrame>,
-    framebuffer: Option<AffineFrame>,
-    flat: bool,
-    in_front: bool,
+    /// Every value correctly rounded?
+    pub(crate) exact: bool,
 }
 
 impl<V: Polygon + ?Sized> Subject<'_, V> {
@@ -128,316 +121,303 @@ impl<V: Polygon + ?Sized> Subject<'_, V> {
     }
 }
 
+/// What the tests of flatness found.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    /// The plane of (x, y, w), and that of the framebuffer where all w > 0; nothing for a
+    /// triangle's, over which everything is affine.
+    plane: Option<AffineFrame>,
+    framebuffer: Option<AffineFrame>,
+    flat: bool,
+    in_front: bool,
+}
+
 /// What the X loop needs of a polygon.
 #[derive(Debug, Default)]
 pub(crate) struct Gradients {
     pub(crate) anchor: Anchor,
+    reach: Reach,
     triple: [usize; 3],
     corners: [[f64; 4]; 3],
+    frame: Frame,
     /// Made when first needed.
     exact: Option<Box<ExactFrame>>,
-    /// Q = det/w in fixed point, its error in units, and the sign it has where 1/w > 0; 0 if
-    /// the polygon is edge-on.
-    pub(crate) q: FixedPlane,
+    shape: Option<Shape>,
+    /// Q = det/w, its error, and the sign it has where 1/w > 0; 0 if that is not known, or the
+    /// polygon is edge-on.
+    pub(crate) q: Linear,
     pub(crate) q_error: f64,
     pub(crate) q_sign: f64,
-    /// w times the units of Q, and the relative error of det.
+    /// The least |Q| over the clipped polygon.
+    least_q: f64,
+    det: f64,
+    /// w times Q, and the relative error of det.
     pub(crate) w_scale: f64,
     pub(crate) det_relative_error: f64,
+    /// Is Q in doubt at some pixel, or must everything be exact?
+    pub(crate) strict: bool,
     pub(crate) constant: ConstantAlong,
     pub(crate) depth: Option<Field>,
     pub(crate) inv_w: Option<Field>,
     pub(crate) w: Option<Field>,
     pub(crate) attributes: Vec<Field>,
+    /// Have the attributes been set up for this polygon?
+    pub(crate) has_attributes: bool,
 }
 
-/// Ambiguous values for which a set-up in `f64` is not worth its price: an exact one costs as
-/// much as so many exact values.
-const EXACT_SETUP_COST: f64 = 8.0;
+/// The error, relative to the least |Q| or to an attribute's magnitude, with which `f64` may be
+/// trusted to keep `Fast` within its bound without looking at each value; docs/precision.md,
+/// "Fast".
+const TRUSTED: f64 = 1.0 / 134_217_728.0;
 
-/// How many of the pixels a relative error makes ambiguous: both sides of each rounding
-/// boundary of `f32`, by its error.
-const AMBIGUITY: f64 = 33_554_432.0;
+/// The error above which, even if each value is looked at, an exact set-up is cheaper than what
+/// it saves: one value in 4096 would be undecided.
+const WORTH_EXACT_SETUP: f64 = 1.0 / 137_438_953_472.0;
 
-/// Which frame the set-up goes by.
-enum Source<'a> {
-    Near(&'a Frame),
-    Exact(&'a ExactFrame),
-}
+/// Times the bound of a depth's error: what is at least as large is within 1 ulp once rounded.
+const WITHIN_ULP: f64 = 67_108_864.0;
 
 impl Gradients {
-    /// Sets up what is wanted of `subject`.
+    /// Sets up all but the attributes of `subject`.
+    #[inline(always)]
     pub(crate) fn set<V: Polygon + ?Sized>(&mut self, subject: &Subject<'_, V>) {
         self.triple = triple::choose(subject.positions, subject.polygon);
-        self.corners = self.triple.map(|i| subject.positions.position(i));
+        self.corners = self.triple.map(|i| subject.positions[i]);
         self.exact = None;
-        let shape = self.shape(subject);
+        self.has_attributes = false;
+        self.shape = (subject.positions.len() > 3).then(|| self.shape_of(subject.positions));
         let middle = [subject.columns, subject.rows].map(|[first, last]| first.midpoint(last));
-        self.anchor = Anchor::new(subject.viewport, middle);
         let reach =
             |[first, last]: [i32; 2], middle: i32| f64::from((middle - first).max(last - middle));
-        let reach =
+        self.anchor = Anchor::new(subject.viewport, middle);
+        self.reach =
             Reach { u: reach(subject.columns, middle[0]), v: reach(subject.rows, middle[1]) };
-
-        let frame = Frame::new(&self.anchor, self.corners);
-        let share = self.fill(subject, &shape, &Source::Near(&frame), reach);
-        #[expect(clippy::cast_precision_loss, reason = "an estimate")]
-        let ambiguous = share * subject.pixels as f64;
+        self.frame = Frame::new(&self.anchor, self.corners, self.reach);
+        self.take_plane(subject, self.frame.q, self.frame.det, self.frame.det_error);
+        let error = self.q_error / self.least_q + self.det_relative_error;
         // Also where the bound is no number.
-        let good_enough = ambiguous <= EXACT_SETUP_COST;
-        if !good_enough {
-            let frame = ExactFrame::new(&self.anchor, self.corners);
-            if frame.det.sign() == Ordering::Equal {
-                (self.q_sign, self.det_relative_error) = (0.0, f64::NAN);
-                self.constant = ConstantAlong::Nothing;
-            } else {
-                self.fill(subject, &shape, &Source::Exact(&frame), reach);
-            }
-            self.exact = Some(Box::new(frame));
+        let good = error <= if subject.wanted.exact { WORTH_EXACT_SETUP } else { TRUSTED };
+        if !good || self.strict && !subject.wanted.exact {
+            self.take_exact_plane(subject);
         }
+        self.set_derived(subject);
     }
 
-    /// Is it flat, and what would have to be affine over what?
-    fn shape<V: ?Sized>(&self, subject: &Subject<'_, V>) -> Shape {
-        let positions = subject.positions;
-        let in_front = (0..positions.len()).all(|i| positions.position(i)[3] > 0.0);
-        if positions.len() == 3 {
-            return Shape { plane: None, framebuffer: None, flat: true, in_front };
+    /// Q and det, from either frame.
+    #[inline(always)]
+    fn take_plane<V: ?Sized>(
+        &mut self,
+        subject: &Subject<'_, V>,
+        q: Bounded,
+        det: f64,
+        det_error: f64,
+    ) {
+        (self.q, self.q_error, self.det) = (q.linear, q.error, det);
+        self.det_relative_error = det_error / det.abs() + 2.0 * U;
+        // Where the sign is unknown every value is in doubt, and found exactly.
+        let certain = self.det_relative_error < 1.0 / 256.0;
+        self.q_sign = if certain { 1.0_f64.copysign(det) } else { 0.0 };
+        self.w_scale = det * power_of_two(subject.exponent);
+        self.least_q = det.abs() / subject.clipped_w[1];
+        // A covered centre may lie outside the unsnapped polygon, and Q be smaller there.
+        let beyond = (self.q.x.abs() + self.q.y.abs()) * subject.viewport.grid().snap_reach();
+        let error = self.q_error + self.det_relative_error * self.least_q;
+        let trusted = error <= TRUSTED * self.least_q && beyond <= self.least_q / 2.0;
+        self.strict = subject.wanted.exact || !trusted;
+        self.constant = match (self.q.x == 0.0, self.q.y == 0.0) {
+            (true, true) => ConstantAlong::Polygon,
+            (true, false) => ConstantAlong::Row,
+            (false, true) => ConstantAlong::Column,
+            (false, false) => ConstantAlong::Nothing,
+        };
+    }
+
+    /// The plane without the errors of `f64`, but for a rounding each.
+    #[cold]
+    fn take_exact_plane<V: ?Sized>(&mut self, subject: &Subject<'_, V>) {
+        let frame = Box::new(ExactFrame::new(&self.anchor, self.corners));
+        let det = frame.det.to_f64_near();
+        let edge_on = frame.det.sign() == Ordering::Equal;
+        self.take_plane(subject, nearby(&frame.q, self.reach), det, 8.0 * U * det.abs());
+        if edge_on {
+            (self.q_sign, self.det_relative_error, self.strict) = (0.0, f64::NAN, true);
+            self.constant = ConstantAlong::Nothing;
         }
-        let plane = AffineFrame::new(self.triple, |i| triple::projective(positions, i));
+        self.exact = Some(frame);
+    }
+
+    /// Is a polygon of more than three vertices flat, and what would have to be affine over
+    /// what?
+    fn shape_of(&self, positions: &[[f64; 4]]) -> Shape {
+        let in_front = positions.iter().all(|p| p[3] > 0.0);
+        let plane = AffineFrame::new(self.triple, |i| triple::projective(positions[i]));
         let framebuffer =
-            in_front.then(|| AffineFrame::new(self.triple, |i| triple::divided(positions, i)));
+            in_front.then(|| AffineFrame::new(self.triple, |i| triple::divided(positions[i])));
         Shape { plane: Some(plane), framebuffer, flat: plane.is_flat(positions), in_front }
     }
 
-    /// Everything from one source; returns how many values a pixel has, at the most, for which
-    /// the bounds do not tell the rounding.
-    fn fill<V: Polygon + ?Sized>(
-        &mut self,
-        subject: &Subject<'_, V>,
-        shape: &Shape,
-        source: &Source<'_>,
-        reach: Reach,
-    ) -> f64 {
-        let (det, det_error) = self.fill_q(source, reach);
-        self.det_relative_error = det_error / det.abs() + 2.0 * U;
-        let det_is_certain = self.det_relative_error < 1.0 / 256.0;
-        // Where the sign is unknown every value is ambiguous, and found exactly.
-        self.q_sign = if det_is_certain { 1.0_f64.copysign(det) } else { 0.0 };
-        let scale = power_of_two(subject.exponent);
-        self.w_scale = det * power_of_two(self.q.fraction_bits) * scale;
-        let [w_low, w_high] = subject.clipped_w;
-        // det/w in the units of Q where w is greatest.
-        let least_q = det.abs() / w_high * power_of_two(self.q.fraction_bits);
-        // A sum, so that what is no number stays none.
-        let mut ambiguous = self.q_error / least_q + self.det_relative_error;
-
+    /// Depth, 1/w and w.
+    #[inline(always)]
+    fn set_derived<V: Polygon + ?Sized>(&mut self, subject: &Subject<'_, V>) {
         let wanted = subject.wanted;
-        let range = [w_low * scale, w_high * scale].map(nearest_f32);
-        self.w = wanted.w.then_some(if shape.flat {
-            Field::W(range)
-        } else {
-            Field::Across(Carried::W, range)
-        });
-        let range = [1.0 / (w_high * scale), 1.0 / (w_low * scale)].map(nearest_f32);
-        self.inv_w = wanted.inv_w.then_some(if shape.flat {
-            Field::Affine(Affine {
-                plane: self.q,
-                base: 0.0,
-                scale: 1.0 / self.w_scale,
-                error: self.q_error / self.w_scale.abs(),
-                over_w: false,
-                range,
-            })
-        } else {
-            Field::Across(Carried::InvW, range)
-        });
-        self.depth = wanted.depth.then(|| {
-            if shape.flat {
-                let (depth, error) = self.depth_field(subject, source, reach, det);
-                ambiguous += error;
-                depth
+        let flat = self.shape.is_none_or(|shape| shape.flat);
+        (self.depth, self.inv_w, self.w) = (None, None, None);
+        if wanted.depth {
+            self.depth = Some(if flat {
+                self.depth_field(subject)
             } else {
-                let range = subject.viewport.depth_range();
-                Field::Across(Carried::Depth(range), [0.0, 1.0])
+                Field::Across(Carried::Depth(subject.viewport.depth_range()), [0.0, 1.0])
+            });
+        }
+        if !(wanted.inv_w || wanted.w) {
+            return;
+        }
+        let scale = power_of_two(subject.exponent);
+        let [w_low, w_high] = subject.clipped_w;
+        if wanted.w {
+            let range = [w_low * scale, w_high * scale].map(nearest_f32);
+            self.w = Some(if flat { Field::W(range) } else { Field::Across(Carried::W, range) });
+        }
+        if wanted.inv_w {
+            let range = [1.0 / (w_high * scale), 1.0 / (w_low * scale)].map(nearest_f32);
+            self.inv_w = Some(if flat {
+                Field::Affine(Affine {
+                    numerator: self.q,
+                    base: 0.0,
+                    scale: 1.0 / self.w_scale,
+                    error: self.q_error / self.w_scale.abs(),
+                    over_w: false,
+                    strict: self.strict,
+                    doubtful_below: 0.0,
+                    range,
+                })
+            } else {
+                Field::Across(Carried::InvW, range)
+            });
+        }
+    }
+
+    /// Depth over a flat polygon.
+    #[inline(always)]
+    fn depth_field<V: Polygon + ?Sized>(&self, subject: &Subject<'_, V>) -> Field {
+        let z = self.corners.map(|p| subject.depth_numerator(p));
+        if z == [0.0; 3] {
+            return Field::Constant(0.0);
+        }
+        let bounded = match self.exact.as_deref() {
+            None => {
+                let size = z.iter().fold(0.0, |a: f64, z| a.max(z.abs()));
+                // The sum and the difference, each rounded.
+                self.frame.combine([z[0], z[1] - z[0], z[2] - z[0]], 4.0 * U * size)
             }
-        });
+            Some(frame) => nearby(&frame.combine(&self.exact_depths(subject)), self.reach),
+        };
+        let scale = 1.0 / self.det;
+        let error = bounded.error * scale.abs();
+        Field::Affine(Affine {
+            numerator: bounded.linear,
+            base: 0.0,
+            scale,
+            error,
+            over_w: false,
+            strict: self.strict,
+            doubtful_below: error * WITHIN_ULP,
+            range: [0.0, 1.0],
+        })
+    }
+
+    /// Sets up the attributes.
+    pub(crate) fn set_attributes<V: Polygon + ?Sized>(&mut self, subject: &Subject<'_, V>) {
+        self.has_attributes = true;
         self.attributes.clear();
-        for k in 0..wanted.attributes {
-            let field = match self.constant_attribute(subject, k) {
+        for k in 0..subject.wanted.attributes {
+            let field = match constant_attribute(subject, k) {
                 Ok(value) => Field::Constant(value),
-                Err(range) => match self.carried_across(subject, shape, k, range) {
+                Err(range) => match self.carried_across(subject, k, range) {
                     Some(carried) => Field::Across(carried, range),
-                    None => {
-                        let affine = self.attribute_field(subject, source, reach, det, k, range);
-                        let size = f64::from(range[0].abs().max(range[1].abs()));
-                        let least = if affine.over_w { least_q } else { 1.0 };
-                        ambiguous += affine.error / least / size;
-                        Field::Affine(affine)
-                    }
+                    None => Field::Affine(self.attribute_field(subject, k, range)),
                 },
             };
             self.attributes.push(field);
         }
-        ambiguous * AMBIGUITY
-    }
-
-    /// Depth over a flat polygon, and its error relative to the depth in the middle, for want
-    /// of a least one.
-    fn depth_field<V: Polygon + ?Sized>(
-        &self,
-        subject: &Subject<'_, V>,
-        source: &Source<'_>,
-        reach: Reach,
-        det: f64,
-    ) -> (Field, f64) {
-        let near = |frame: &Frame| {
-            let z = self.corners.map(|p| subject.depth_numerator(p));
-            let size = z.iter().fold(0.0, |a: f64, z| a.max(z.abs()));
-            // The sum and the difference, each rounded.
-            frame.combine([z[0], z[1] - z[0], z[2] - z[0]], 4.0 * U * size).to_fixed(reach)
-        };
-        let exactly =
-            |frame: &ExactFrame| exact_to_fixed(&frame.combine(&self.exact_depths(subject)), reach);
-        let (plane, error) = linear(source, near, exactly);
-        let scale = power_of_two(-plane.fraction_bits) / det;
-        let error = error * scale.abs();
-        let middle = (widen(plane.c) * scale).abs();
-        let field = Affine { plane, base: 0.0, scale, error, over_w: false, range: [0.0, 1.0] };
-        (Field::Affine(field), error / middle.max(1e-12))
     }
 
     /// Attribute `k`, which is affine and not constant.
+    #[inline(always)]
     fn attribute_field<V: Polygon + ?Sized>(
-        &self,
+        &mut self,
         subject: &Subject<'_, V>,
-        source: &Source<'_>,
-        reach: Reach,
-        det: f64,
         k: usize,
         range: [f32; 2],
     ) -> Affine {
         let over_w = subject.interpolation_of(k) == Interpolation::Perspective;
         let values = self.triple.map(|i| f64::from(subject.polygon.attribute(i, k)));
-        let near = |frame: &Frame| {
+        let size = f64::from(range[0].abs().max(range[1].abs()));
+        let (scale, least) = if over_w { (1.0, self.least_q) } else { (1.0 / self.det, 1.0) };
+        if self.exact.is_none() {
             let [b, c] = [1, 2].map(|i| {
                 let weight = if over_w { 1.0 } else { self.corners[i][3] };
                 weight * (values[i] - values[0])
             });
-            frame.combine([0.0, b, c], 3.0 * U * b.abs().max(c.abs())).to_fixed(reach)
-        };
-        let exactly = |frame: &ExactFrame| {
-            let [_, b, c] = self.exact_values(values, over_w);
-            exact_to_fixed(&frame.combine(&[Dyadic::default(), b, c]), reach)
-        };
-        let (plane, error) = linear(source, near, exactly);
-        let scale = if over_w {
-            power_of_two(self.q.fraction_bits - plane.fraction_bits)
-        } else {
-            power_of_two(-plane.fraction_bits) / det
-        };
-        Affine { plane, base: values[0], scale, error: error * scale.abs(), over_w, range }
+            let bounded = self.frame.combine([0.0, b, c], 3.0 * U * b.abs().max(c.abs()));
+            let error = bounded.error * scale.abs();
+            let limit = if subject.wanted.exact { WORTH_EXACT_SETUP } else { TRUSTED };
+            if error <= limit * least * size {
+                let (numerator, base) = (bounded.linear, values[0]);
+                let strict = self.strict;
+                return Affine {
+                    numerator,
+                    base,
+                    scale,
+                    error,
+                    over_w,
+                    strict,
+                    doubtful_below: 0.0,
+                    range,
+                };
+            }
+        }
+        let frame = Self::exact_frame(&mut self.exact, &self.anchor, self.corners);
+        let [_, b, c] = exact_values(&self.corners, values, over_w);
+        let bounded = nearby(&frame.combine(&[Dyadic::default(), b, c]), self.reach);
+        let error = bounded.error * scale.abs();
+        let trusted = error <= TRUSTED * least * size;
+        let strict = self.strict || !trusted;
+        let (numerator, base) = (bounded.linear, values[0]);
+        Affine { numerator, base, scale, error, over_w, strict, doubtful_below: 0.0, range }
     }
 
     /// How attribute `k`, which is not constant, runs if it is not affine.
+    #[inline(always)]
     fn carried_across<V: Polygon + ?Sized>(
         &self,
         subject: &Subject<'_, V>,
-        shape: &Shape,
         k: usize,
         range: [f32; 2],
     ) -> Option<Carried> {
         let positions = subject.positions;
+        let perspective = subject.interpolation_of(k) == Interpolation::Perspective;
+        let Some(shape) = self.shape else {
+            let affine = perspective || positions.iter().all(|p| p[3] > 0.0);
+            return (!affine).then_some(Carried::Linear(k));
+        };
         let value = |i: usize| f64::from(subject.polygon.attribute(i, k));
         let range = f64::from(range[1]) - f64::from(range[0]);
-        let n = positions.len();
-        if subject.interpolation_of(k) == Interpolation::Perspective {
-            let point = |i: usize| triple::projective(positions, i);
-            let affine = shape.flat
-                && shape.plane.is_none_or(|plane| plane.is_affine(n, range, point, value));
+        let is_affine = |plane: AffineFrame, point: fn([f64; 4]) -> [f64; 3]| {
+            plane.is_affine(positions.len(), range, |i| point(positions[i]), value)
+        };
+        if perspective {
+            let affine =
+                shape.flat && shape.plane.is_none_or(|plane| is_affine(plane, triple::projective));
             (!affine).then_some(Carried::Perspective(k))
         } else {
-            let point = |i: usize| triple::divided(positions, i);
             let affine = shape.in_front
-                && shape.framebuffer.is_none_or(|plane| plane.is_affine(n, range, point, value));
+                && shape.framebuffer.is_none_or(|plane| is_affine(plane, triple::divided));
             (!affine).then_some(Carried::Linear(k))
         }
     }
 
-    /// Q in fixed point, and what is constant; returns det and its error.
-    fn fill_q(&mut self, source: &Source<'_>, reach: Reach) -> (f64, f64) {
-        let (det, det_error);
-        match source {
-            Source::Near(frame) => {
-                let mut q = frame.q;
-                // What cannot be told from 0 is 0, and the bound says what that may cost.
-                for k in 0..2 {
-                    if q.k[k].abs() <= q.error[k] {
-                        q.error[k] += q.k[k].abs();
-                        q.k[k] = 0.0;
-                    }
-                }
-                (self.q, self.q_error) =
-                    q.to_fixed(reach).unwrap_or((FixedPlane::default(), f64::NAN));
-                (det, det_error) = (frame.det, frame.det_error);
-            }
-            Source::Exact(frame) => {
-                (self.q, self.q_error) = exact_to_fixed(&frame.q, reach);
-                det = frame.det.to_f64_near();
-                det_error = 8.0 * U * det.abs();
-            }
-        }
-        self.constant = match (self.q.d_dx, self.q.d_dy) {
-            (0, 0) => ConstantAlong::Polygon,
-            (0, _) => ConstantAlong::Row,
-            (_, 0) => ConstantAlong::Column,
-            _ => ConstantAlong::Nothing,
-        };
-        (det, det_error)
-    }
-
-    /// The value of attribute `k` if it is the same all over, else its range.
-    fn constant_attribute<V: Polygon + ?Sized>(
-        &self,
-        subject: &Subject<'_, V>,
-        k: usize,
-    ) -> Result<f32, [f32; 2]> {
-        let first = subject.polygon.attribute(0, k);
-        let (mut low, mut high, mut same) = (first, first, true);
-        let mut finite = first.is_finite();
-        for i in 1..subject.polygon.len() {
-            let value = subject.polygon.attribute(i, k);
-            same &= value.to_bits() == first.to_bits();
-            finite &= value.is_finite();
-            low = if value < low { value } else { low };
-            high = if value > high { value } else { high };
-        }
-        let flat = subject.interpolation_of(k) == Interpolation::Flat;
-        if first.is_nan() && (same || flat) {
-            Ok(CANONICAL_NAN)
-        } else if same || flat {
-            Ok(first)
-        } else if !finite {
-            Ok(CANONICAL_NAN)
-        } else if low == high {
-            // Zeros of both signs.
-            Ok(0.0)
-        } else {
-            // No bound is a negative zero: a real number that is clamped to 0 is +0.
-            Err([low + 0.0, high + 0.0])
-        }
-    }
-
-    /// base, b and c of a [`frame::ExactFrame::combine`] for an attribute over Q, or over det.
-    fn exact_values(&self, values: [f64; 3], over_w: bool) -> [Dyadic; 3] {
-        let [a, b, c] = values.map(Dyadic::from_f64);
-        let weigh = |value: Dyadic, i: usize| {
-            if over_w { value } else { value.mul(&Dyadic::from_f64(self.corners[i][3])) }
-        };
-        [a.clone(), weigh(b.sub(&a), 1), weigh(c.sub(&a), 2)]
-    }
-
-    /// The same for depth.
+    /// base, b and c of a [`frame::ExactFrame::combine`] for depth.
     fn exact_depths<V: ?Sized>(&self, subject: &Subject<'_, V>) -> [Dyadic; 3] {
         let [a, b, c] = self.corners.map(|[_, _, z, w]| match subject.viewport.depth_range() {
             DepthRange::ZeroToOne => Dyadic::from_f64(z),
@@ -446,6 +426,14 @@ impl Gradients {
             }
         });
         [a.clone(), b.sub(&a), c.sub(&a)]
+    }
+
+    fn exact_frame<'a>(
+        exact: &'a mut Option<Box<ExactFrame>>,
+        anchor: &Anchor,
+        corners: [[f64; 4]; 3],
+    ) -> &'a ExactFrame {
+        exact.get_or_insert_with(|| Box::new(ExactFrame::new(anchor, corners)))
     }
 
     /// The correctly rounded value of `quantity` at the pixel (`u`, `v`) from the anchor; not
@@ -457,9 +445,7 @@ impl Gradients {
         u: i32,
         v: i32,
     ) -> Option<f32> {
-        if self.exact.is_none() {
-            self.exact = Some(Box::new(ExactFrame::new(&self.anchor, self.corners)));
-        }
+        Self::exact_frame(&mut self.exact, &self.anchor, self.corners);
         let frame = self.exact.as_deref()?;
         let q = exact_at(&frame.q, u, v);
         let det_sign = frame.det.sign();
@@ -477,25 +463,23 @@ impl Gradients {
             Quantity::Attribute(k) => {
                 let over_w = subject.interpolation_of(k) == Interpolation::Perspective;
                 let values = self.triple.map(|i| f64::from(subject.polygon.attribute(i, k)));
-                let [base, b, c] = self.exact_values(values, over_w);
-                if over_w {
-                    round_quotient(&exact_at(&frame.combine(&[base, b, c]), u, v), &q)
-                } else {
-                    let differences = frame.combine(&[Dyadic::default(), b, c]);
-                    let numerator = exact_at(&differences, u, v).add(&base.mul(&frame.det));
-                    round_quotient(&numerator, &frame.det)
-                }
+                let [base, b, c] = exact_values(&self.corners, values, over_w);
+                let differences = frame.combine(&[Dyadic::default(), b, c]);
+                let denominator = if over_w { &q } else { &frame.det };
+                let numerator = exact_at(&differences, u, v).add(&base.mul(denominator));
+                round_quotient(&numerator, denominator)
             }
         })
     }
 
     /// How `quantity` runs, if it was asked for.
-    pub(crate) fn field(&self, quantity: Quantity) -> Option<Field> {
+    #[inline(always)]
+    pub(crate) fn field(&self, quantity: Quantity) -> Option<&Field> {
         match quantity {
-            Quantity::Depth => self.depth,
-            Quantity::InvW => self.inv_w,
-            Quantity::W => self.w,
-            Quantity::Attribute(k) => self.attributes.get(k).copied(),
+            Quantity::Depth => self.depth.as_ref(),
+            Quantity::InvW => self.inv_w.as_ref(),
+            Quantity::W => self.w.as_ref(),
+            Quantity::Attribute(k) => self.attributes.get(k),
         }
     }
 
@@ -505,25 +489,47 @@ impl Gradients {
     }
 }
 
-/// A linear function in fixed point from whichever source, and its error in units.
-fn linear(
-    source: &Source<'_>,
-    near: impl FnOnce(&Frame) -> Option<(FixedPlane, f64)>,
-    exactly: impl FnOnce(&ExactFrame) -> (FixedPlane, f64),
-) -> (FixedPlane, f64) {
-    match source {
-        Source::Near(frame) => near(frame).unwrap_or((FixedPlane::default(), f64::INFINITY)),
-        Source::Exact(frame) => exactly(frame),
+/// The value of attribute `k` if it is the same all over, else its range.
+#[inline(always)]
+fn constant_attribute<V: Polygon + ?Sized>(
+    subject: &Subject<'_, V>,
+    k: usize,
+) -> Result<f32, [f32; 2]> {
+    let first = subject.polygon.attribute(0, k);
+    let (mut low, mut high, mut same) = (first, first, true);
+    let mut finite = first.is_finite();
+    for i in 1..subject.polygon.len() {
+        let value = subject.polygon.attribute(i, k);
+        same &= value.to_bits() == first.to_bits();
+        finite &= value.is_finite();
+        low = if value < low { value } else { low };
+        high = if value > high { value } else { high };
+    }
+    let flat = same || subject.interpolation_of(k) == Interpolation::Flat;
+    if flat && !first.is_nan() {
+        Ok(first)
+    } else if flat || !finite {
+        Ok(CANONICAL_NAN)
+    } else if low == high {
+        // Zeros of both signs.
+        Ok(0.0)
+    } else {
+        // No bound is a negative zero: a real number that is clamped to 0 is +0.
+        Err([low + 0.0, high + 0.0])
     }
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "rounding to nearest is what is meant")]
-pub(crate) fn nearest_f32(value: f64) -> f32 {
-    value as f32
+/// base, b and c of a [`frame::ExactFrame::combine`] for an attribute over Q, or over det.
+fn exact_values(corners: &[[f64; 4]; 3], values: [f64; 3], over_w: bool) -> [Dyadic; 3] {
+    let [a, b, c] = values.map(Dyadic::from_f64);
+    let weigh = |value: Dyadic, i: usize| {
+        if over_w { value } else { value.mul(&Dyadic::from_f64(corners[i][3])) }
+    };
+    [a.clone(), weigh(b.sub(&a), 1), weigh(c.sub(&a), 2)]
 }
 
-#[expect(clippy::cast_precision_loss, reason = "the bounds have room for the rounding")]
-#[inline]
-pub(crate) fn widen(units: i64) -> f64 {
-    units as f64
+#[expect(clippy::cast_possible_truncation, reason = "rounding to nearest is what is meant")]
+#[inline(always)]
+pub(crate) fn nearest_f32(value: f64) -> f32 {
+    value as f32
 }

@@ -2,7 +2,6 @@
 
 use core::cmp::Ordering;
 
-use crate::clip::VertexArrays;
 use crate::exact::Dyadic;
 use crate::polygon::Polygon;
 
@@ -20,15 +19,31 @@ const TINY: f64 = 1e-270;
 /// |a x p|, c maximises |det(a, b, p)| in p = (x, y, w), ties to the least. So the choice does
 /// not depend on where the list of vertices begins. `positions` are the polygon's, scaled.
 ///
-/// For a triangle any order is as good.
-pub(crate) fn choose<V: Polygon + ?Sized>(positions: &VertexArrays, polygon: &V) -> [usize; 3] {
-    let n = positions.len();
-    if n == 3 {
-        return [0, 1, 2];
+/// A triangle has but one plane: from its least vertex on, in the order of the list.
+#[inline(always)]
+pub(crate) fn choose<V: Polygon + ?Sized>(positions: &[[f64; 4]], polygon: &V) -> [usize; 3] {
+    if let [p, q, r] = positions {
+        let a = match (p < q, q < r, p < r) {
+            _ if p == q || q == r || p == r => least(positions, polygon),
+            (true, _, true) => 0,
+            (false, true, _) => 1,
+            _ => 2,
+        };
+        return [a, (a + 1) % 3, (a + 2) % 3];
     }
+    choose_of_many(positions, polygon)
+}
+
+fn least<V: Polygon + ?Sized>(positions: &[[f64; 4]], polygon: &V) -> usize {
     let less = |i: &usize, j: &usize| compare_vertices(positions, polygon, *i, *j);
-    let a = (0..n).min_by(less).unwrap_or(0);
-    let pa = projective(positions, a);
+    (0..positions.len()).min_by(less).unwrap_or(0)
+}
+
+fn choose_of_many<V: Polygon + ?Sized>(positions: &[[f64; 4]], polygon: &V) -> [usize; 3] {
+    let n = positions.len();
+    let less = |i: &usize, j: &usize| compare_vertices(positions, polygon, *i, *j);
+    let a = least(positions, polygon);
+    let pa = projective(positions[a]);
     let exact = |p: [f64; 3]| p.map(Dyadic::from_f64);
     let greatest = |measure: &dyn Fn(usize) -> (f64, f64), surely: &dyn Fn(usize) -> Dyadic| {
         (0..n).reduce(|best, i| {
@@ -45,25 +60,25 @@ pub(crate) fn choose<V: Polygon + ?Sized>(positions: &VertexArrays, polygon: &V)
         })
     };
     let b = greatest(
-        &|i| length_squared(cross(pa, projective(positions, i)), pa, projective(positions, i)),
+        &|i| length_squared(cross(pa, projective(positions[i])), pa, projective(positions[i])),
         &|i| {
-            let [x, y, w] = exact_cross(&exact(pa), &exact(projective(positions, i)));
+            let [x, y, w] = exact_cross(&exact(pa), &exact(projective(positions[i])));
             x.mul(&x).add(&y.mul(&y)).add(&w.mul(&w))
         },
     )
     .unwrap_or(0);
-    let pb = projective(positions, b);
+    let pb = projective(positions[b]);
     let normal = cross(pa, pb);
     let normal_bound = 2.0 * U * magnitude(pa) * magnitude(pb) * 4.0;
     let c = greatest(
         &|i| {
-            let p = projective(positions, i);
+            let p = projective(positions[i]);
             let det = normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2];
             let bound = (normal_bound + 4.0 * U * magnitude(normal)) * magnitude(p) * 3.0 + TINY;
             (det.abs(), bound)
         },
         &|i| {
-            let p = exact(projective(positions, i));
+            let p = exact(projective(positions[i]));
             let [x, y, w] = exact_cross(&exact(pa), &exact(pb));
             let det = x.mul(&p[0]).add(&y.mul(&p[1])).add(&w.mul(&p[2]));
             if det.sign() == Ordering::Less { det.neg() } else { det }
@@ -73,15 +88,13 @@ pub(crate) fn choose<V: Polygon + ?Sized>(positions: &VertexArrays, polygon: &V)
     [a, b, c]
 }
 
-/// (x, y, w) of vertex `i`.
-pub(crate) fn projective(positions: &VertexArrays, i: usize) -> [f64; 3] {
-    let [x, y, _, w] = positions.position(i);
+/// (x, y, w) of a position.
+pub(crate) fn projective([x, y, _, w]: [f64; 4]) -> [f64; 3] {
     [x, y, w]
 }
 
-/// (x/w, y/w, 1) of vertex `i`: its place in the framebuffer, but for the viewport.
-pub(crate) fn divided(positions: &VertexArrays, i: usize) -> [f64; 3] {
-    let [x, y, _, w] = positions.position(i);
+/// (x/w, y/w, 1) of a position: its place in the framebuffer, but for the viewport.
+pub(crate) fn divided([x, y, _, w]: [f64; 4]) -> [f64; 3] {
     [x / w, y / w, 1.0]
 }
 
@@ -107,12 +120,12 @@ fn length_squared(v: [f64; 3], a: [f64; 3], b: [f64; 3]) -> (f64, f64) {
 }
 
 fn compare_vertices<V: Polygon + ?Sized>(
-    positions: &VertexArrays,
+    positions: &[[f64; 4]],
     polygon: &V,
     i: usize,
     j: usize,
 ) -> Ordering {
-    let (p, q) = (positions.position(i), positions.position(j));
+    let (p, q) = (positions[i], positions[j]);
     // Positions are finite; zeros of either sign are the same.
     p.partial_cmp(&q).unwrap_or(Ordering::Equal).then_with(|| {
         (0..polygon.attribute_count())
@@ -161,21 +174,21 @@ impl AffineFrame {
 
     /// Is every vertex within the tolerance of the plane, and z affine over it? Points that are
     /// collinear, or lie on a line through the eye, have no plane to be off.
-    pub(crate) fn is_flat(&self, positions: &VertexArrays) -> bool {
+    pub(crate) fn is_flat(&self, positions: &[[f64; 4]]) -> bool {
         if self.normal_squared == 0.0 {
             return true;
         }
-        let (mut low, mut high) = (positions.position(0), positions.position(0));
+        let (mut low, mut high) = (positions[0], positions[0]);
         for i in 1..positions.len() {
-            let p = positions.position(i);
+            let p = positions[i];
             low = core::array::from_fn(|k| low[k].min(p[k]));
             high = core::array::from_fn(|k| high[k].max(p[k]));
         }
         let diameter_squared: f64 = (0..4).map(|k| (high[k] - low[k]) * (high[k] - low[k])).sum();
         let tolerance = FLATNESS * FLATNESS * diameter_squared;
-        let z = |i: usize| positions.position(i)[2];
+        let z = |i: usize| positions[i][2];
         (0..positions.len()).all(|i| {
-            let p = projective(positions, i);
+            let p = projective(positions[i]);
             let off = self.deviation(i, p, &z);
             self.coordinates(p).1 <= tolerance && off * off <= tolerance
         })
