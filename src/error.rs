@@ -85,7 +85,7 @@ impl fmt::Display for Error {
             Self::TextureSize { width, height, given } => write!(
                 f,
                 "a texture of {width} x {height} needs as many texels, at least one, \
-                 and fewer than 2^31 a side; {given} were given"
+                 and fewer than 2^31; {given} were given"
             ),
             Self::Camera(why) => write!(f, "this camera sees nothing: {why}"),
         }

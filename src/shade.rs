@@ -118,7 +118,8 @@ pub trait Shader {
 
     /// Shades the lanes that are set in `block.mask` into `out`, and returns the mask of those
     /// to keep: a lane that is left out is discarded, with its depth. Bits beyond `block.mask`
-    /// are ignored.
+    /// are ignored. Say `#[inline(always)]`: then it is compiled for the instruction set that
+    /// the tiler runs on.
     fn shade(&mut self, block: &Block<'_>, out: &mut [Self::Pixel; BLOCK]) -> u16;
 }
 
@@ -126,7 +127,7 @@ pub trait Shader {
 impl<P: Copy + Default, F: FnMut(&Fragment<'_>) -> P> Shader for F {
     type Pixel = P;
 
-    #[inline]
+    #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, out: &mut [P; BLOCK]) -> u16 {
         let mut left = block.mask;
         while left != 0 {
@@ -146,7 +147,7 @@ impl<P: Copy + Default> Shader for Solid<P> {
     type Pixel = P;
     const INPUTS: Inputs = Inputs::COVERAGE;
 
-    #[inline]
+    #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, out: &mut [P; BLOCK]) -> u16 {
         out.fill(self.0);
         block.mask
@@ -154,7 +155,7 @@ impl<P: Copy + Default> Shader for Solid<P> {
 }
 
 /// 255 `value`, clamped to 0..=255, rounded half to even; NaN is 0.
-#[inline]
+#[inline(always)]
 pub fn unorm8(value: f32) -> u8 {
     // Not `clamp`: a NaN must become 0. The sum rounds to a whole number, half to even.
     const WHOLE: f32 = 8_388_608.0;

@@ -128,7 +128,7 @@ impl<P: Copy + Default> Target for Plane<'_, P> {
         self.dimensions()
     }
 
-    #[inline]
+    #[inline(always)]
     fn write(&mut self, x: u32, y: u32, run: &[P]) {
         let x = x as usize;
         self.row_mut(y)[x..x + run.len()].copy_from_slice(run);
@@ -142,7 +142,7 @@ impl Target for () {
         (u32::MAX, u32::MAX)
     }
 
-    #[inline]
+    #[inline(always)]
     fn write(&mut self, _x: u32, _y: u32, _run: &[()]) {}
 }
 
@@ -153,7 +153,7 @@ impl<T: Target + ?Sized> Target for &mut T {
         (**self).size()
     }
 
-    #[inline]
+    #[inline(always)]
     fn write(&mut self, x: u32, y: u32, run: &[T::Pixel]) {
         (**self).write(x, y, run);
     }
@@ -170,7 +170,7 @@ macro_rules! tuple_target {
                 sizes.iter().fold((u32::MAX, u32::MAX), |a, b| (a.0.min(b.0), a.1.min(b.1)))
             }
 
-            #[inline]
+            #[inline(always)]
             fn write(&mut self, x: u32, y: u32, run: &[Self::Pixel]) {
                 $(
                     let mut part = [$name::Pixel::default(); crate::shade::BLOCK];

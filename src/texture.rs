@@ -3,6 +3,7 @@
 use alloc::vec::Vec;
 
 use crate::error::Error;
+use crate::shade::BLOCK;
 
 /// A picture to look up: RGBA8 texels, row 0 on top, lookups repeat in both directions.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,13 +19,13 @@ impl Texture {
     /// way; for v = 0 at the top, as in glTF, hand the rows in from the bottom).
     ///
     /// # Errors
-    /// [`Error::TextureSize`] unless there are `width * height` texels, at least one, and both
-    /// sides are below 2^31.
+    /// [`Error::TextureSize`] unless there are `width * height` texels, at least one, and fewer
+    /// than 2^31.
     pub fn new(width: u32, height: u32, rows: &[[u8; 4]]) -> Result<Self, Error> {
         let wrong = Error::TextureSize { width, height, given: rows.len() };
         if (width as usize).checked_mul(height as usize) != Some(rows.len())
             || rows.is_empty()
-            || width.max(height) > i32::MAX as u32
+            || rows.len() > i32::MAX as usize
         {
             return Err(wrong);
         }
@@ -42,29 +43,79 @@ impl Texture {
     /// takes texel (0, 0).
     #[inline]
     pub fn nearest(&self, u: f32, v: f32) -> [u8; 4] {
-        let (column, row) = match (floor_wrap(u, self.width), floor_wrap(v, self.height)) {
-            (Some(column), Some(row)) => (column, row),
-            _ => (0, 0),
-        };
-        self.texels[row * self.width as usize + column]
+        let mut texel = [[0; 4]; BLOCK];
+        self.nearest_block(&[u; BLOCK], &[v; BLOCK], 1, &mut texel);
+        texel[0]
+    }
+
+    /// [`nearest`](Self::nearest) for the lanes of `mask`; the others of `out` hold any texel.
+    /// Sides that are powers of two are faster.
+    #[inline(always)]
+    pub fn nearest_block(
+        &self,
+        u: &[f32; BLOCK],
+        v: &[f32; BLOCK],
+        mask: u16,
+        out: &mut [[u8; 4]; BLOCK],
+    ) {
+        let mut index = [0_u32; BLOCK];
+        if self.width.is_power_of_two() && self.height.is_power_of_two() {
+            let (column_mask, row_mask) = (self.width - 1, self.height - 1);
+            let shift = self.width.trailing_zeros();
+            self.find(u, v, &mut index, |column, row| {
+                (column.cast_unsigned() & column_mask) + ((row.cast_unsigned() & row_mask) << shift)
+            });
+        } else {
+            // Both sides are below 2^31.
+            let (width, height) = (self.width.cast_signed(), self.height.cast_signed());
+            self.find(u, v, &mut index, |column, row| {
+                let (column, row) = (column.rem_euclid(width), row.rem_euclid(height));
+                column.cast_unsigned().wrapping_add(row.cast_unsigned().wrapping_mul(self.width))
+            });
+        }
+        if mask == u16::MAX {
+            for (out, index) in out.iter_mut().zip(index) {
+                *out = self.texels[index as usize];
+            }
+        } else {
+            let mut left = mask;
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize;
+                left &= left - 1;
+                out[lane] = self.texels[index[lane] as usize];
+            }
+        }
+    }
+
+    /// The number of each lane's texel, where `wrap` makes it of column and row.
+    #[inline(always)]
+    fn find(
+        &self,
+        u: &[f32; BLOCK],
+        v: &[f32; BLOCK],
+        index: &mut [u32; BLOCK],
+        wrap: impl Fn(i32, i32) -> u32,
+    ) {
+        #[expect(clippy::cast_precision_loss, reason = "the products are defined in f32")]
+        let (width, height) = (self.width as f32, self.height as f32);
+        for lane in 0..BLOCK {
+            let (column, in_columns) = floor(u[lane] * width);
+            let (row, in_rows) = floor(v[lane] * height);
+            index[lane] = if in_columns & in_rows { wrap(column, row) } else { 0 };
+        }
     }
 }
 
-/// floor(`coordinate` * `size`) mod `size`, or nothing where the product is no `i32`.
-#[inline]
-fn floor_wrap(coordinate: f32, size: u32) -> Option<usize> {
-    #[expect(clippy::cast_precision_loss, reason = "the product is defined in f32")]
-    let product = coordinate * size as f32;
-    // Also refuses NaN.
-    let in_range = product > -2_147_483_648.0 && product < 2_147_483_648.0;
-    if !in_range {
-        return None;
-    }
+/// floor(`product`), and whether `product` is less than 2^31 in magnitude (NaN is not).
+#[inline(always)]
+fn floor(product: f32) -> (i32, bool) {
+    let in_range = product.abs() < 2_147_483_648.0;
     #[expect(clippy::cast_possible_truncation, reason = "truncation, put right below")]
-    let truncated = product as i64;
+    let truncated = product as i32;
     #[expect(clippy::cast_precision_loss, reason = "an integer that was an f32 is one again")]
-    let floor = truncated - i64::from(truncated as f32 > product);
-    usize::try_from(floor.rem_euclid(i64::from(size))).ok()
+    let below = truncated as f32 > product;
+    // The least i32 is whole already.
+    (truncated.wrapping_sub(i32::from(below)), in_range)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec3, DVec4};
 use hyperspan::camera::{self, DepthConvention, DepthPlanes};
 use hyperspan::space::DepthRange;
 use serde_json::{Map, Value};
@@ -43,8 +43,8 @@ pub(crate) struct CameraFlags {
     #[arg(long, value_name = "DEG", conflicts_with_all = ["ortho", "intrinsics"])]
     fov_y: Option<f64>,
 
-    /// Distance of the near plane [default: just before the model, or 1/1000 of its radius if
-    /// the eye is in it]
+    /// Distance of the near plane [default: just before the model, but 1/1000 of its radius at
+    /// least]
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     near: Option<f64>,
 
@@ -76,13 +76,15 @@ pub(crate) enum DepthFlag {
     Standard,
 }
 
-/// What the camera is to see: the middle of a model, and how far it reaches from there.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Ball {
-    /// Its centre, in world space.
+/// What the camera is to see.
+#[derive(Clone, Debug)]
+pub(crate) struct Subject<P> {
+    /// The middle of it, in world space.
     pub(crate) centre: DVec3,
-    /// Its radius, above 0.
+    /// The distance of the farthest point from there, above 0.
     pub(crate) radius: f64,
+    /// All points of it, finite.
+    pub(crate) points: P,
 }
 
 /// A camera, ready to draw.
@@ -172,29 +174,31 @@ pub(crate) struct ResolvedCamera {
 }
 
 impl ResolvedCamera {
-    /// The camera, with whatever is still open chosen to show `ball`.
-    pub(crate) fn frame(&self, ball: Ball) -> Result<Camera, Failure> {
+    /// The camera, with whatever is still open chosen to show `subject`.
+    pub(crate) fn frame(
+        &self,
+        subject: &Subject<impl Iterator<Item = DVec3> + Clone>,
+    ) -> Result<Camera, Failure> {
         let Settings { eye, target, up, near, far, .. } = self.settings;
-        let target = target.unwrap_or(ball.centre);
-        let eye = match eye {
-            Some(eye) => eye,
-            None => target + self.direction() * self.distance(ball.radius),
-        };
-        let view = camera::look_at(eye, target, up.unwrap_or(DVec3::Y))?;
-        let rows = view.transpose();
-        let axes = [rows.z_axis, rows.x_axis, rows.y_axis].map(|row| row.truncate());
+        let target = target.unwrap_or(subject.centre);
+        let up = up.unwrap_or(DVec3::Y);
+        let eye = eye.map_or_else(|| self.eye(subject, target, up), Ok)?;
+        let view = camera::look_at(eye, target, up)?;
 
         // Where the model is along the view axis, with some air.
-        let middle = -camera::transform(view, ball.centre)[2];
-        let reach = 1.05 * ball.radius;
+        let along = subject.points.clone().map(|point| -camera::transform(view, point)[2]);
+        let (nearest, farthest) = along.fold((f64::INFINITY, 0.0_f64), |(nearest, farthest), d| {
+            (nearest.min(d), farthest.max(d))
+        });
+        let air = 0.05 * subject.radius;
         let parallel = matches!(self.lens, Lens::Parallel(_));
-        let near = near.unwrap_or(if parallel {
-            middle - reach
-        } else {
-            (middle - reach).max(ball.radius / 1000.0)
+        let near = near.unwrap_or(match nearest {
+            f64::INFINITY => 1.0,
+            _ if parallel => nearest - air,
+            _ => (0.95 * nearest).max(subject.radius / 1000.0),
         });
         let far = far.unwrap_or(match self.lens {
-            Lens::Parallel(_) => (middle + reach).max(near + reach),
+            Lens::Parallel(_) => farthest.max(near) + air,
             _ => f64::INFINITY,
         });
         let convention = match self.depth {
@@ -218,39 +222,57 @@ impl ResolvedCamera {
             size: self.size,
             matrix: camera::multiply(projection, view),
             depth: self.depth,
-            axes,
+            axes: axes(view),
             eye: (!parallel).then_some(eye),
         })
     }
 
-    /// From the target to the eye, if nobody says where that is: a three-quarter view.
-    fn direction(&self) -> DVec3 {
-        let seen_from = DVec3::new(0.5, 0.35, 1.0);
-        let (x, y, z) = (seen_from.x, seen_from.y, seen_from.z);
-        seen_from / (x * x + y * y + z * z).sqrt()
-    }
-
-    /// How far the eye must be from a ball to see all of it.
-    fn distance(&self, radius: f64) -> f64 {
+    /// Where the eye is if nobody says: to the upper right, just so far away that all of the
+    /// model is seen.
+    fn eye(
+        &self,
+        subject: &Subject<impl Iterator<Item = DVec3> + Clone>,
+        target: DVec3,
+        up: DVec3,
+    ) -> Result<DVec3, Failure> {
+        const SEEN_FROM: DVec3 = DVec3::new(0.5, 0.35, 1.0);
         const AIR: f64 = 1.05;
+
+        let [back, right, up] = axes(camera::look_at(target + SEEN_FROM, target, up)?);
         let (width, height) = (f64::from(self.size.width), f64::from(self.size.height));
-        // Tangents of half the view, to the nearer side of each axis.
-        let half = match self.lens {
-            Lens::Parallel(_) => return 2.0 * radius,
+        // Tangents of half the view; to the nearer side, where the axis is not in the middle.
+        let (x, y) = match self.lens {
+            Lens::Parallel(_) => return Ok(target + back * (2.0 * subject.radius)),
             Lens::FieldOfView(degrees) => {
                 let y = libm::tan(degrees.to_radians() / 2.0);
-                y.min(y * width / height)
+                (y * width / height, y)
             }
             Lens::Pinhole([fx, fy, cx, cy]) => {
-                let nearer = |centre: f64, side: f64| (centre + 0.5).min(side - 0.5 - centre);
-                let (x, y) = (nearer(cx, width) / fx, nearer(cy, height) / fy);
-                // A principal point outside the picture frames nothing: far away, at least.
-                x.min(y).max(0.01)
+                // A view that does not hold its own axis frames nothing: far away, at least.
+                const LEAST: f64 = 0.01;
+                let side = |c: f64, size: f64| (c + 0.5).min(size - 0.5 - c);
+                ((side(cx, width) / fx).max(LEAST), (side(cy, height) / fy).max(LEAST))
             }
         };
-        // The ball touches the cone: its radius is the distance times the sine.
-        AIR * radius * (1.0 + 1.0 / (half * half)).sqrt()
+        let distance = |point: DVec3| {
+            let d = point - target;
+            let beside = (dot(d, right).abs() / x).max(dot(d, up).abs() / y);
+            dot(d, back) + AIR * beside
+        };
+        let least = 0.05 * subject.radius;
+        let far_enough = subject.points.clone().map(distance).fold(0.0, f64::max) + least;
+        Ok(target + back * far_enough)
     }
+}
+
+/// The axes of eye space in world space: backwards, right, up.
+fn axes(view: DMat4) -> [DVec3; 3] {
+    let rows = view.transpose();
+    [rows.z_axis, rows.x_axis, rows.y_axis].map(DVec4::truncate)
+}
+
+fn dot(a: DVec3, b: DVec3) -> f64 {
+    a.x * b.x + a.y * b.y + a.z * b.z
 }
 
 /// Reads a `--camera` file.

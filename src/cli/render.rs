@@ -91,7 +91,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let needs = Needs { face_normals: lit != Lit::None || aovs.contains(&Aov::Normal), lit };
     let model = Model::read(&args.model, needs)?;
 
-    let camera = camera.frame(model.ball())?;
+    let camera = camera.frame(&model.subject())?;
     let mut canvas = Canvas::new(&Plan {
         crop,
         // Counts and times alone are those of a picture.

@@ -157,7 +157,7 @@ impl Frame<'_> {
         let mut depth = depth.map(|depth| Plane::new(depth, width, height)).transpose()?;
         let mut step = |tiler: &Tiler, i: usize| {
             const PROGRESS_PIECES: usize = 1 << 10;
-            if i % PROGRESS_PIECES == 0 {
+            if i.is_multiple_of(PROGRESS_PIECES) {
                 progress.set(i as u64, model.pieces.len() as u64);
             }
             tally.before(tiler, &model.pieces, i);

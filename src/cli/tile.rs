@@ -149,7 +149,7 @@ fn draw(
     let mut depth =
         depth.map(|depth| Plane::new(depth, extent.width, extent.height)).transpose()?;
     let polygons = file.polygons().enumerate().inspect(|(i, _)| {
-        if i % PROGRESS_POLYGONS == 0 {
+        if i.is_multiple_of(PROGRESS_POLYGONS) {
             progress.set(*i as u64, all);
         }
     });

@@ -21,7 +21,7 @@ use hyperspan::texture::Texture;
 use self::face::{Judge, Verdict};
 use self::mtl::Definition;
 use self::obj::{ABSENT, Corners, Obj};
-use crate::camera::Ball;
+use crate::camera::Subject;
 use crate::failure::{Failure, Place, warn};
 use crate::progress::Progress;
 use crate::text::{Lines, path_from_bytes, quoted, words};
@@ -225,7 +225,7 @@ impl Model {
         let mut material = 0;
         let mut start = 0;
         for (face, &end) in face_ends.iter().enumerate() {
-            if face % PROGRESS_FACES == 0 {
+            if face.is_multiple_of(PROGRESS_FACES) {
                 progress.set(face as u64, face_ends.len() as u64);
             }
             while let Some((_, name)) = uses.next_if(|(first, _)| *first <= face) {
@@ -268,21 +268,22 @@ impl Model {
         let verdict = self.judge(judge, corners.clone(), look);
         self.census.count(n, verdict);
         let Verdict { finite, degenerate, flat, convex, affine } = verdict;
-        let whole = n == 3 || !finite || degenerate;
-        if !whole && !(flat && convex) {
+        // What has no area, or no place, is the tiler's to leave out.
+        let can_be_cut = n > 3 && finite && !degenerate;
+        if can_be_cut && !(flat && convex) {
             let triangles = triangulate::triangulate(judge.projected());
             if !triangles.is_empty() {
                 for triangle in triangles {
-                    self.add(face, triangle.map(|corner| corners.start + corner).into_iter())?;
+                    self.add(face, triangle.map(|corner| corners.start + corner))?;
                 }
                 return Some(());
             }
         }
-        if !whole && (!affine || self.light_varies(corners.clone(), look, lit)) {
+        if can_be_cut && (!affine || self.light_varies(corners.clone(), look, lit)) {
             let least = corners.clone().min_by_key(|corner| self.corners.position[*corner])?;
             let around = |i: usize| corners.start + (least - corners.start + i) % n;
             for i in 1..n - 1 {
-                self.add(face, [least, around(i), around(i + 1)].into_iter())?;
+                self.add(face, [least, around(i), around(i + 1)])?;
             }
             return Some(());
         }
@@ -291,12 +292,13 @@ impl Model {
         Some(())
     }
 
-    /// Adds a piece whose corners are copies of `corners`.
-    fn add(&mut self, face: u32, corners: impl ExactSizeIterator<Item = usize>) -> Option<()> {
+    /// Adds a triangle whose corners are copies of `corners`.
+    fn add(&mut self, face: u32, corners: [usize; 3]) -> Option<()> {
         let start = u32::try_from(self.corners.len()).ok()?;
-        let len = u32::try_from(corners.len()).ok()?;
-        corners.for_each(|corner| self.corners.repeat(corner));
-        self.pieces.push(Piece { start, len, face });
+        for corner in corners {
+            self.corners.repeat(corner);
+        }
+        self.pieces.push(Piece { start, len: 3, face });
         Some(())
     }
 
@@ -368,18 +370,21 @@ impl Model {
         })
     }
 
-    /// A ball around the model: about the middle of its bounds, as small as its vertices allow.
-    pub(crate) fn ball(&self) -> Ball {
+    /// What a camera is to see: all that faces use, as far as it is finite.
+    pub(crate) fn subject(&self) -> Subject<impl Iterator<Item = DVec3> + Clone> {
         let [least, greatest] = self.bounds().unwrap_or_default();
-        let centre = [0, 1, 2].map(|axis| f64::midpoint(least[axis], greatest[axis]));
-        let reach = |position: &u32| {
-            let p = self.positions[*position as usize];
-            let [x, y, z] = [0, 1, 2].map(|axis| p[axis] - centre[axis]);
+        let middle = [0, 1, 2].map(|axis| f64::midpoint(least[axis], greatest[axis]));
+        let centre = DVec3::from_array(middle);
+        let used = self.corners.position.iter();
+        let points = used
+            .map(|position| DVec3::from_array(self.positions[*position as usize]))
+            .filter(|point| point.is_finite());
+        let distance = |point: DVec3| {
+            let [x, y, z] = (point - centre).to_array();
             (x * x + y * y + z * z).sqrt()
         };
-        let reaches = self.corners.position.iter().map(reach).filter(|reach| reach.is_finite());
-        let radius = reaches.fold(0.0, f64::max);
-        Ball { centre: DVec3::from_array(centre), radius: if radius > 0.0 { radius } else { 1.0 } }
+        let radius = points.clone().map(distance).fold(0.0, f64::max);
+        Subject { centre, radius: if radius > 0.0 { radius } else { 1.0 }, points }
     }
 
     /// Bytes that the model's own lists and textures hold.

@@ -107,7 +107,7 @@ pub(crate) fn parse<R: BufRead>(
             return Err(Failure::at(lines.place(), message));
         }
         reader.settle_line(number);
-        if number % PROGRESS_LINES == 0 {
+        if number.is_multiple_of(PROGRESS_LINES) {
             progress(lines.bytes());
         }
     }
