@@ -24,7 +24,7 @@ pub(crate) struct CameraFlags {
     camera: Option<PathBuf>,
 
     /// Size of the picture in pixels [default: 1280x720]
-    #[arg(long, value_name = "WxH")]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
     size: Option<Size>,
 
     /// The eye [default: the upper right, far enough to see the whole model]
@@ -40,7 +40,7 @@ pub(crate) struct CameraFlags {
     up: Option<Triple>,
 
     /// Vertical field of view [default: 40]
-    #[arg(long, value_name = "DEG", conflicts_with_all = ["ortho", "intrinsics"])]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true, conflicts_with_all = ["ortho", "intrinsics"])]
     fov_y: Option<f64>,
 
     /// Distance of the near plane [default: just before the model, but 1/1000 of its radius at
@@ -53,7 +53,7 @@ pub(crate) struct CameraFlags {
     far: Option<f64>,
 
     /// A view without perspective, HEIGHT units of the model high.
-    #[arg(long, value_name = "HEIGHT", conflicts_with = "intrinsics")]
+    #[arg(long, value_name = "HEIGHT", allow_hyphen_values = true, conflicts_with = "intrinsics")]
     ortho: Option<f64>,
 
     /// Focal lengths and principal point in pixels as OpenCV gives them (whole numbers are

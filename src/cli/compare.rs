@@ -23,7 +23,7 @@ pub(crate) struct CompareArgs {
 
     /// How much values may differ: in steps of 1/255 for pictures, as they are for arrays. NaN
     /// is the same as NaN, and an infinity as itself.
-    #[arg(long, value_name = "T", default_value_t = 0.0, value_parser = tolerance)]
+    #[arg(long, value_name = "T", default_value_t = 0.0, value_parser = tolerance, allow_hyphen_values = true)]
     tolerance: f64,
 
     /// Writes a picture of the differences: black where there is none, the brighter the

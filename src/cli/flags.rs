@@ -192,19 +192,19 @@ pub(crate) struct DrawFlags {
     pub(crate) precision: PrecisionFlag,
 
     /// Background, 0 to 255 each; alpha is 255 if it is left out.
-    #[arg(long, value_name = "R,G,B[,A]", default_value = "0,0,0,0")]
+    #[arg(long, value_name = "R,G,B[,A]", default_value = "0,0,0,0", allow_hyphen_values = true)]
     pub(crate) background: Background,
 
     /// Draws a part of the picture only: the same bytes as that part of the whole.
-    #[arg(long, value_name = "X,Y,W,H")]
+    #[arg(long, value_name = "X,Y,W,H", allow_hyphen_values = true)]
     crop: Option<Crop>,
 
     /// Threads; 0 is all that can be used, which is one in this version.
-    #[arg(long, value_name = "N", default_value = "0", value_parser = threads)]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = threads, allow_hyphen_values = true)]
     threads: u32,
 
     /// Draws the frame so often, for timing.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000), allow_hyphen_values = true)]
     pub(crate) repeat: u32,
 
     /// Writes times and counts as JSON; `-` is standard output.

@@ -39,7 +39,7 @@ pub(crate) struct TileArgs {
     polygons: PathBuf,
 
     /// Size of the picture in pixels, which is the viewport.
-    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    #[arg(long, value_name = "WxH", default_value = "1280x720", allow_hyphen_values = true)]
     size: Size,
 
     #[command(flatten)]

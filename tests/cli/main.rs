@@ -1,0 +1,10 @@
+//! The program from outside: what section "The command line" of docs/design.md says, and what
+//! it does with input that nobody vouches for.
+
+mod compare;
+mod data;
+mod errors;
+mod harness;
+mod models;
+mod stats;
+mod tile;
