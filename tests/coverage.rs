@@ -12,6 +12,7 @@ use hyperspan::tiler::{Cull, Outcome};
 use oracle::Poly;
 use oracle::clipper::{self, Side};
 use oracle::coverage::{covered, doubled_area, is_unclipped, snapped};
+use oracle::judge::{self, TOLERANCE};
 use oracle::probe::{self, Sheet, View};
 use oracle::shapes::{self, Scene, Tally, check, in_range, look, scenes, unproject};
 use proptest::prelude::*;
@@ -264,9 +265,6 @@ fn nets() -> impl Strategy<Value = Net> {
     )
 }
 
-/// What clipping and snapping may move an edge by, in pixels.
-const TOLERANCE: f64 = 1.0 / 16384.0;
-
 #[test]
 fn coverage_of_a_clipped_net_has_no_crack_and_no_overlap() {
     let (clipped, pixels) = (Tally::default(), Tally::default());
@@ -323,26 +321,50 @@ fn wild_triangles() -> impl Strategy<Value = (View, Poly)> {
 fn coverage_of_clipped_triangles_is_that_of_the_exact_clipper() {
     let (clipped, pixels) = (Tally::default(), Tally::default());
     let cases = check(file!(), "coverage_of_clipped", 30000, &wild_triangles(), |(view, poly)| {
-        let corners = clipper::clip(&poly, &clipper::planes(view.viewport));
-        let outline = clipper::outline(view.viewport, &corners);
-        let (outcome, picture, stats) = probe::draw(&view, &poly);
+        let (_, picture, stats) = probe::draw(&view, &poly);
         if stats.clipped > 0 {
             clipped.add(usize::from(!picture.is_empty()));
             pixels.add(picture.len());
         }
-        let rect = view.visible();
-        for (x, y) in (rect.y0..rect.y1).flat_map(|y| (rect.x0..rect.x1).map(move |x| (x, y))) {
-            let drawn = picture.contains_key(&(y, x));
-            match clipper::side(&outline, x, y, TOLERANCE) {
-                Side::Inside => prop_assert!(drawn, "not drawn: {:?}, {:?}", (x, y), outcome),
-                Side::Outside => prop_assert!(!drawn, "drawn: {:?}", (x, y)),
-                Side::Near => {}
-            }
-        }
+        judge::coverage(&view, &poly, &picture).map_err(TestCaseError::fail)?;
         Ok(())
     });
     clipped.report("clipped triangles in sight", cases / 6);
     pixels.report("their pixels", 30 * cases);
+}
+
+/// Triangles that reach out of the guard band by any factor, up to the end of f32's range.
+fn giants() -> impl Strategy<Value = (View, Poly)> {
+    let exponents =
+        prop_oneof![Just([0_i32, 20, 20]), [0..6_i32, 0..12, 0..20], [0..38_i32, 0..38, 0..38]];
+    let mantissas = [-3.0..3.0, -3.0..3.0, 0.0..1.0, 0.1..1.0_f64];
+    let vertices = [mantissas.clone(), mantissas.clone(), mantissas];
+    (exponents, vertices, any::<bool>()).prop_map(|(exponents, vertices, through)| {
+        let place = |(e, [x, y, z, w]): (i32, [f64; 4])| {
+            let size = 10.0_f64.powi(e);
+            [x * size, y * size, z * w, w]
+        };
+        let mut positions: Vec<_> = exponents.into_iter().zip(vertices).map(place).collect();
+        if through {
+            // An edge that goes through the middle of the picture, or near it.
+            positions[2] = [-positions[1][0], -positions[1][1], 0.25, 0.5];
+        }
+        (View::whole(Viewport::new(0, 0, 40, 30).expect("small")), Poly::bare(&positions))
+    })
+}
+
+#[test]
+fn coverage_of_giants_is_that_of_the_exact_clipper() {
+    let (clipped, pixels) = (Tally::default(), Tally::default());
+    let cases = check(file!(), "coverage_of_giants", 10_000, &giants(), |(view, poly)| {
+        let (_, picture, stats) = probe::draw(&view, &poly);
+        judge::coverage(&view, &poly, &picture).map_err(TestCaseError::fail)?;
+        clipped.add(usize::from(stats.clipped > 0 && !picture.is_empty()));
+        pixels.add(picture.len());
+        Ok(())
+    });
+    clipped.report("clipped triangles in sight", cases / 4);
+    pixels.report("pixels", 100 * cases);
 }
 
 /// Front faces are counter-clockwise with y up; a snapped area of 0 faces back.

@@ -6,6 +6,7 @@ mod oracle;
 use hyperspan::space::{PixelRect, Viewport};
 use hyperspan::varying::Interpolation;
 use oracle::Poly;
+use oracle::judge;
 use oracle::plane::Plane;
 use oracle::probe::{self, View};
 use oracle::shapes::{self, Scene, Tally, check, clipped_polygons, in_range, scenes, unproject};
@@ -39,43 +40,13 @@ impl Compared {
 
 /// Draws, and compares every value of every pixel with the oracle.
 fn agrees(view: &View, poly: &Poly, compared: &Compared) -> Result<(), TestCaseError> {
-    let plane = Plane::new(poly, view.viewport, &view.interpolation);
     let (_, picture, stats) = probe::draw(view, poly);
-    compared.hard.add(usize::try_from(stats.exact_values).expect("few"));
+    let found = judge::values(view, poly, &picture).map_err(TestCaseError::fail)?;
     compared.pixels.add(picture.len());
-    for (&(y, x), seen) in &picture {
-        let at = plane.at(x, y);
-        let mut values = vec![
-            ("1/w", at.inv_w(), seen.inv_w),
-            ("w", at.w(), seen.w),
-            ("depth", at.depth(), seen.depth),
-        ];
-        for (k, bits) in seen.attributes.iter().enumerate() {
-            values.push(("attribute", at.attribute(k), *bits));
-        }
-        for (number, (what, right, seen)) in values.into_iter().enumerate() {
-            let Some(right) = right else {
-                compared.left_out.add(1);
-                continue;
-            };
-            compared.values.add(1);
-            let given = |i: usize| number < 3 || poly.attributes[i][number - 3] != right;
-            compared.between.add(usize::from((0..poly.positions.len()).all(given)));
-            let drawn = f32::from_bits(seen);
-            let same = right.to_bits() == seen;
-            prop_assert!(
-                same,
-                "{} (value {}) at {:?}: {:e} = {:#x} is right, drawn is {:e} = {:#x}",
-                what,
-                number,
-                (x, y),
-                right,
-                right.to_bits(),
-                drawn,
-                seen
-            );
-        }
-    }
+    compared.values.add(found.values);
+    compared.between.add(found.between);
+    compared.left_out.add(found.left_out);
+    compared.hard.add(usize::try_from(stats.exact_values).expect("few"));
     Ok(())
 }
 
