@@ -59,6 +59,7 @@ pub mod edge;
 mod across;
 mod gradient;
 pub mod shade;
+mod lanes;
 mod span;
 pub mod depth;
 pub mod texture;

@@ -8,19 +8,21 @@
 //! The quotient in `f64` comes with a bound of its error. `Fast` rounds it once. `Exact` looks
 //! whether both ends of the bound round to the same `f32` (Ziv's test): then that is the
 //! correctly rounded value, else exact arithmetic finds it. docs/precision.md, "The X loop",
-//! derives the bound. The loops over lanes are plain; whoever calls decides for which
-//! instruction set they are compiled.
+//! derives the bound.
 
 use alloc::vec::Vec;
 use core::cmp::Ordering;
+
+use fearless_simd::{Simd, SimdBase};
 
 use crate::across::{Carried, Corners};
 use crate::clip::{Clipped, Clipper, VertexArrays};
 use crate::divide::{ScreenVertex, divide};
 use crate::edge::Span;
 use crate::fixed::power_of_two;
-use crate::gradient::frame::U;
+use crate::gradient::frame::{Linear, U};
 use crate::gradient::{Affine, ConstantAlong, Field, Gradients, Quantity, Subject, nearest_f32};
+use crate::lanes::{Wide, clamp_lanes, same_bits};
 use crate::polygon::Polygon;
 use crate::shade::BLOCK;
 use crate::varying::{CANONICAL_NAN, Interpolation};
@@ -37,34 +39,21 @@ const SECOND_ORDER: f64 = 1.01;
 /// How far Q may be off, relatively, for the bound to hold.
 const CERTAIN: f64 = 1.0 / 256.0;
 
-/// 16 lanes of `f64`.
-type Wide = [f64; BLOCK];
-
 /// A block's reciprocals.
 #[derive(Clone, Copy, Debug)]
-struct Reciprocals {
+struct Reciprocals<S: Simd> {
     /// 1/Q.
-    r: Wide,
+    r: Wide<S>,
     /// The relative error of each, if that is asked for.
-    relative_error: Wide,
+    relative_error: Wide<S>,
     /// Lanes at which 1/w is surely positive, and the error small; or that need not be looked at.
     certain: u16,
 }
 
-/// 0, 1, ... 15.
-const LANES: Wide = {
-    let mut lanes = [0.0; BLOCK];
-    let mut i = 0;
-    while i < BLOCK {
-        lanes[i] = i as f64;
-        i += 1;
-    }
-    lanes
-};
-
 /// Finds the values of a polygon's quantities, block by block.
 #[derive(Debug)]
-pub(crate) struct SpanWalker<'a, V: ?Sized> {
+pub(crate) struct SpanWalker<'a, S: Simd, V: ?Sized> {
+    simd: S,
     subject: &'a Subject<'a, V>,
     gradients: &'a mut Gradients,
     clipper: &'a mut Clipper,
@@ -75,20 +64,25 @@ pub(crate) struct SpanWalker<'a, V: ?Sized> {
     /// Offset of the block's first lane from the anchor.
     u: i32,
     v: i32,
-    reciprocals: Reciprocals,
+    /// The same, of all lanes.
+    us: Wide<S>,
+    vs: f64,
+    reciprocals: Reciprocals<S>,
     /// Are they this block's?
     has_reciprocals: bool,
 }
 
-impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
+impl<'a, S: Simd, V: Polygon + ?Sized> SpanWalker<'a, S, V> {
     #[inline(always)]
     pub(crate) fn new(
+        simd: S,
         subject: &'a Subject<'a, V>,
         gradients: &'a mut Gradients,
         clipper: &'a mut Clipper,
     ) -> Self {
-        let none = Reciprocals { r: [0.0; BLOCK], relative_error: [0.0; BLOCK], certain: 0 };
+        let zero = Wide::splat(simd, 0.0);
         Self {
+            simd,
             subject,
             gradients,
             clipper,
@@ -96,7 +90,9 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
             corners: None,
             u: 0,
             v: 0,
-            reciprocals: none,
+            us: zero,
+            vs: 0.0,
+            reciprocals: Reciprocals { r: zero, relative_error: zero, certain: 0 },
             has_reciprocals: false,
         }
     }
@@ -114,6 +110,13 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
             ConstantAlong::Nothing => false,
         };
         (self.u, self.v) = (u, v);
+        (self.us, self.vs) = (Wide::count_from(self.simd, f64::from(u)), f64::from(v));
+    }
+
+    /// A linear function at this block's pixels.
+    #[inline(always)]
+    fn linear(&self, function: Linear) -> Wide<S> {
+        Wide::splat(self.simd, function.row(self.vs)) + Wide::splat(self.simd, function.x) * self.us
     }
 
     /// Sees to it that the reciprocals are this block's.
@@ -123,26 +126,20 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
             return;
         }
         self.has_reciprocals = true;
-        let gradients = &*self.gradients;
-        let (q, row) = (gradients.q, gradients.q.row(f64::from(self.v)));
-        let found = &mut self.reciprocals;
-        if q.x == 0.0 {
-            found.r = [1.0 / row; BLOCK];
+        let (simd, gradients) = (self.simd, &*self.gradients);
+        let r = if gradients.q.x == 0.0 {
+            Wide::splat(simd, 1.0 / gradients.q.row(self.vs))
         } else {
-            let first = f64::from(self.u);
-            for (r, lane) in found.r.iter_mut().zip(LANES) {
-                *r = 1.0 / (row + q.x * (first + lane));
-            }
-        }
-        found.certain = u16::MAX;
+            self.linear(gradients.q).reciprocal(simd)
+        };
+        self.reciprocals.r = r;
+        self.reciprocals.certain = u16::MAX;
         if gradients.strict {
-            for lane in 0..BLOCK {
-                let error = gradients.q_error * found.r[lane].abs();
-                found.relative_error[lane] = error;
-                // Also refuses what is no number.
-                let certain = found.r[lane] * gradients.q_sign > 0.0 && error < CERTAIN;
-                found.certain &= !(u16::from(!certain) << lane);
-            }
+            let error = Wide::splat(simd, gradients.q_error) * r.abs();
+            let positive = Wide::splat(simd, 0.0).below(r * Wide::splat(simd, gradients.q_sign));
+            self.reciprocals.relative_error = error;
+            // Neither holds for what is no number.
+            self.reciprocals.certain = positive & error.below(Wide::splat(simd, CERTAIN));
         }
     }
 
@@ -207,63 +204,40 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
     /// base + D r, and the lanes at which it is good enough.
     #[inline(always)]
     fn affine(&self, affine: &Affine, out: &mut [f32; BLOCK]) -> u16 {
-        let d = &affine.numerator;
-        let (row, first) = (d.row(f64::from(self.v)), f64::from(self.u));
-        let mut t: Wide = [0.0; BLOCK];
-        for (t, lane) in t.iter_mut().zip(LANES) {
-            *t = row + d.x * (first + lane);
-        }
-        let r = &self.reciprocals.r;
-        if affine.over_w {
-            for (t, r) in t.iter_mut().zip(r) {
-                *t *= r;
-            }
-        } else {
-            for t in &mut t {
-                *t *= affine.scale;
-            }
-        }
+        let simd = self.simd;
+        let d = self.linear(affine.numerator);
+        let r = if affine.over_w { self.reciprocals.r } else { Wide::splat(simd, affine.scale) };
+        let t = d * r;
+        let value = t + Wide::splat(simd, affine.base);
         if affine.strict {
-            let mut error: Wide = [affine.error; BLOCK];
-            for lane in 0..BLOCK {
-                let relative = if affine.over_w {
-                    error[lane] *= r[lane].abs();
-                    self.reciprocals.relative_error[lane]
-                } else {
-                    self.gradients.det_relative_error
-                };
-                error[lane] += t[lane].abs() * (relative + QUOTIENT_ERROR);
-                t[lane] += affine.base;
-            }
-            return round_surely(&t, &error, affine.range, out) & self.reciprocals.certain;
+            let error = Wide::splat(simd, affine.error);
+            let (error, relative) = if affine.over_w {
+                (error * r.abs(), self.reciprocals.relative_error)
+            } else {
+                (error, Wide::splat(simd, self.gradients.det_relative_error))
+            };
+            let error = error + t.abs() * (relative + Wide::splat(simd, QUOTIENT_ERROR));
+            return round_surely(simd, value, error, affine.range, out) & self.reciprocals.certain;
         }
-        for (out, t) in out.iter_mut().zip(t) {
-            *out = clamp(nearest_f32(t + affine.base), affine.range);
-        }
-        let mut certain = u16::MAX;
+        clamp_lanes(value.narrow(), affine.range).store_array(out);
         if affine.doubtful_below > 0.0 {
-            for (lane, t) in t.iter().enumerate() {
-                certain &= !(u16::from(t.abs() < affine.doubtful_below) << lane);
-            }
+            return !t.abs().below(Wide::splat(simd, affine.doubtful_below));
         }
-        certain
+        u16::MAX
     }
 
     /// w = det/Q.
     #[inline(always)]
     fn w(&self, range: [f32; 2], out: &mut [f32; BLOCK]) -> u16 {
-        let gradients = &*self.gradients;
-        let t = self.reciprocals.r.map(|r| r * gradients.w_scale);
+        let (simd, gradients) = (self.simd, &*self.gradients);
+        let t = self.reciprocals.r * Wide::splat(simd, gradients.w_scale);
         if !gradients.strict {
-            *out = t.map(|t| clamp(nearest_f32(t), range));
+            clamp_lanes(t.narrow(), range).store_array(out);
             return u16::MAX;
         }
-        let mut error: Wide = [0.0; BLOCK];
-        for lane in 0..BLOCK {
-            let relative = self.reciprocals.relative_error[lane] + gradients.det_relative_error;
-            error[lane] = t[lane].abs() * (relative + QUOTIENT_ERROR);
-        }
-        round_surely(&t, &error, range, out) & self.reciprocals.certain
+        let relative = gradients.det_relative_error + QUOTIENT_ERROR;
+        let error = t.abs() * (self.reciprocals.relative_error + Wide::splat(simd, relative));
+        round_surely(simd, t, error, range, out) & self.reciprocals.certain
     }
 
     /// The last resort, for some pixels.
@@ -291,7 +265,7 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
         let [x, y] = self.centre(self.u);
         let scale = power_of_two(self.subject.exponent);
         let row = self.corners().row(carried, span, y);
-        let (mut value, mut error): (Wide, Wide) = ([0.0; BLOCK], [0.0; BLOCK]);
+        let (mut value, mut error) = ([0.0; BLOCK], [0.0; BLOCK]);
         for (lane, offset) in (0_i32..).enumerate().take(BLOCK) {
             (value[lane], error[lane]) = row.at(x + f64::from(offset));
         }
@@ -300,7 +274,10 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
             Carried::InvW => 1.0 / scale,
             _ => 1.0,
         };
-        round_surely(&value.map(|v| v * scale), &error.map(|e| e * scale), range, out)
+        let simd = self.simd;
+        let [value, error] =
+            [value, error].map(|lanes| Wide::load(simd, &lanes) * Wide::splat(simd, scale));
+        round_surely(simd, value, error, range, out)
     }
 
     /// The centre of the pixel in column `u` from the anchor of this row.
@@ -381,23 +358,25 @@ impl<'a, V: Polygon + ?Sized> SpanWalker<'a, V> {
 /// Rounds `value` to `f32`, and tells at which lanes any number within `error` of it rounds to
 /// the same, once clamped to `range`.
 #[inline(always)]
-fn round_surely(value: &Wide, error: &Wide, range: [f32; 2], out: &mut [f32; BLOCK]) -> u16 {
-    let mut certain = 0;
-    for lane in 0..BLOCK {
-        // The bound is of first order, and the sums below round too.
-        let error = error[lane] * SECOND_ORDER + SUM_ERROR * value[lane].abs();
-        // An exact zero is +0: the last addition turns the sign of a negative one.
-        let low = clamp(nearest_f32(value[lane] - error + 0.0), range);
-        let high = clamp(nearest_f32(value[lane] + error + 0.0), range);
-        out[lane] = low;
-        let same = low.to_bits() == high.to_bits() && error < f64::INFINITY;
-        certain |= u16::from(same) << lane;
-    }
-    certain
+fn round_surely<S: Simd>(
+    simd: S,
+    value: Wide<S>,
+    error: Wide<S>,
+    range: [f32; 2],
+    out: &mut [f32; BLOCK],
+) -> u16 {
+    // The bound is of first order, and the sums below round too.
+    let error =
+        error * Wide::splat(simd, SECOND_ORDER) + value.abs() * Wide::splat(simd, SUM_ERROR);
+    // An exact zero is +0: the last addition turns the sign of a negative one.
+    let zero = Wide::splat(simd, 0.0);
+    let low = clamp_lanes((value - error + zero).narrow(), range);
+    let high = clamp_lanes((value + error + zero).narrow(), range);
+    low.store_array(out);
+    same_bits(low, high) & error.below(Wide::splat(simd, f64::INFINITY))
 }
 
-/// `value` within `range`, whose lower end, if it is 0, is +0: a number below it becomes that.
-#[inline(always)]
+/// `value` within `range`: see [`clamp_lanes`].
 fn clamp(value: f32, [low, high]: [f32; 2]) -> f32 {
     let value = if value > low { value } else { low };
     if value > high { high } else { value }

@@ -1,6 +1,7 @@
 //! Targets: where pixels go. Anything that can store a run of pixels.
 
 use crate::error::Error;
+use crate::shade::BLOCK;
 
 /// Stores pixels. Column 0, row 0 is the upper left one; where it lies in the framebuffer is
 /// the tiler's business ([`Tiler::set_origin`](crate::tiler::Tiler::set_origin)).
@@ -72,14 +73,14 @@ impl<'a, P: Copy> Plane<'a, P> {
     }
 
     /// Row `y`, below the height: `width` pixels.
-    #[inline]
+    #[inline(always)]
     pub fn row(&self, y: u32) -> &[P] {
         let start = y as usize * self.stride;
         &self.data[start..start + self.width as usize]
     }
 
     /// Row `y`, below the height: `width` pixels.
-    #[inline]
+    #[inline(always)]
     pub fn row_mut(&mut self, y: u32) -> &mut [P] {
         let start = y as usize * self.stride;
         &mut self.data[start..start + self.width as usize]
@@ -131,7 +132,12 @@ impl<P: Copy + Default> Target for Plane<'_, P> {
     #[inline(always)]
     fn write(&mut self, x: u32, y: u32, run: &[P]) {
         let x = x as usize;
-        self.row_mut(y)[x..x + run.len()].copy_from_slice(run);
+        let to = &mut self.row_mut(y)[x..x + run.len()];
+        // A length that is known makes it a store and no call.
+        match (to.as_chunks_mut::<BLOCK>().0, run.as_chunks::<BLOCK>().0) {
+            ([to], [run]) => *to = *run,
+            _ => to.copy_from_slice(run),
+        }
     }
 }
 
@@ -173,7 +179,7 @@ macro_rules! tuple_target {
             #[inline(always)]
             fn write(&mut self, x: u32, y: u32, run: &[Self::Pixel]) {
                 $(
-                    let mut part = [$name::Pixel::default(); crate::shade::BLOCK];
+                    let mut part = [$name::Pixel::default(); BLOCK];
                     for (to, from) in part.iter_mut().zip(run) {
                         *to = from.$i;
                     }

@@ -109,13 +109,15 @@ impl Texture {
 /// floor(`product`), and whether `product` is less than 2^31 in magnitude (NaN is not).
 #[inline(always)]
 fn floor(product: f32) -> (i32, bool) {
-    let in_range = product.abs() < 2_147_483_648.0;
-    #[expect(clippy::cast_possible_truncation, reason = "truncation, put right below")]
-    let truncated = product as i32;
-    #[expect(clippy::cast_precision_loss, reason = "an integer that was an f32 is one again")]
-    let below = truncated as f32 > product;
-    // The least i32 is whole already.
-    (truncated.wrapping_sub(i32::from(below)), in_range)
+    // The sum has no room for a fraction, and its low bits are the nearest whole number. A
+    // conversion would do, but it saturates, which vectors do not.
+    const WHOLE: f64 = 6_755_399_441_055_744.0;
+    let product = f64::from(product);
+    let sum = product + WHOLE;
+    #[expect(clippy::cast_possible_truncation, reason = "the low half")]
+    let nearest = (sum.to_bits() as u32).cast_signed();
+    let above = i32::from(sum - WHOLE > product);
+    (nearest.wrapping_sub(above), product.abs() < 2_147_483_648.0)
 }
 
 #[cfg(test)]

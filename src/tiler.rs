@@ -2,14 +2,15 @@
 
 use alloc::vec::Vec;
 
-use fearless_simd::dispatch;
+use fearless_simd::{SimdBase, SimdMask, dispatch};
 
 use crate::clip::{ClipPlane, Clipped, Clipper, VertexArrays};
-use crate::depth::{DepthSource, DepthTest};
+use crate::depth::{Compare, DepthSource, DepthTest};
 use crate::divide::{ScreenVertex, divide, snapped_area};
 use crate::edge::{Outline, Span};
 use crate::fixed::{Subpixel, exponent_of, power_of_two};
 use crate::gradient::{ConstantAlong, Gradients, Quantity, Subject, Wanted};
+use crate::lanes::{Narrow, low_bits};
 use crate::polygon::Polygon;
 use crate::shade::{BLOCK, Block, Inputs, Shader};
 use crate::simd::Simd;
@@ -179,7 +180,7 @@ impl Tiler {
     {
         self.stats.polygons += 1;
         let outcome =
-            dispatch!(self.simd.0, _simd => self.take_through(polygon, shader, target, depth));
+            dispatch!(self.simd.0, simd => self.take_through(simd, polygon, shader, target, depth));
         let culled = &mut self.stats.culled;
         match outcome {
             Outcome::Drawn => {}
@@ -194,14 +195,16 @@ impl Tiler {
 
     /// The pipeline.
     #[inline(always)]
-    fn take_through<V, S, T>(
+    fn take_through<L, V, S, T>(
         &mut self,
+        simd: L,
         polygon: &V,
         shader: &mut S,
         target: &mut T,
         mut depth: Option<&mut DepthBuffer<'_>>,
     ) -> Outcome
     where
+        L: fearless_simd::Simd,
         V: Polygon + ?Sized,
         S: Shader,
         T: Target<Pixel = S::Pixel>,
@@ -301,7 +304,7 @@ impl Tiler {
         }
 
         // 7. Spans: the X loop; depth, then attributes, then the shader, block by block.
-        let mut walker = SpanWalker::new(&subject, gradients, &mut self.clipper);
+        let mut walker = SpanWalker::new(simd, &subject, gradients, &mut self.clipper);
         let mut lanes =
             Lanes { depth: [0.0; BLOCK], inv_w: [0.0; BLOCK], w: [0.0; BLOCK], attributes };
         self.stats.spans += spans.len() as u64;
@@ -318,7 +321,7 @@ impl Tiler {
                 let run = TargetRun { x, y: target_y, origin_x: self.origin[0] };
                 if let (Some(test), Some(buffer)) = (test, depth.as_deref_mut()) {
                     let tested = lanes.tested(&mut walker, test.source, span, mask);
-                    mask &= run.passing(buffer, mask, tested, test);
+                    mask &= run.passing(simd, buffer, mask, tested, test);
                 }
                 if mask != 0 {
                     shaded += u64::from(mask.count_ones());
@@ -466,9 +469,9 @@ struct Lanes<'a> {
 impl Lanes<'_> {
     /// What the depth test compares.
     #[inline(always)]
-    fn tested<V: Polygon + ?Sized>(
+    fn tested<L: fearless_simd::Simd, V: Polygon + ?Sized>(
         &mut self,
-        walker: &mut SpanWalker<'_, V>,
+        walker: &mut SpanWalker<'_, L, V>,
         source: DepthSource,
         span: &Span,
         mask: u16,
@@ -483,9 +486,9 @@ impl Lanes<'_> {
 
     /// Everything that the shader reads and the depth test has not found.
     #[inline(always)]
-    fn find<V: Polygon + ?Sized>(
+    fn find<L: fearless_simd::Simd, V: Polygon + ?Sized>(
         &mut self,
-        walker: &mut SpanWalker<'_, V>,
+        walker: &mut SpanWalker<'_, L, V>,
         inputs: Inputs,
         tested: Option<DepthSource>,
         span: &Span,
@@ -521,6 +524,26 @@ impl Lanes<'_> {
     }
 }
 
+/// The lanes at which `new` passes against `stored`.
+#[inline(always)]
+fn passing_lanes<L: fearless_simd::Simd>(
+    compare: Compare,
+    new: Narrow<L>,
+    stored: Narrow<L>,
+) -> u16 {
+    let lanes = match compare {
+        Compare::Never => return 0,
+        Compare::Less => new.simd_lt(stored),
+        Compare::Equal => new.simd_eq(stored),
+        Compare::LessEqual => new.simd_le(stored),
+        Compare::Greater => new.simd_gt(stored),
+        Compare::NotEqual => return !low_bits(new.simd_eq(stored).to_bitmask()),
+        Compare::GreaterEqual => new.simd_ge(stored),
+        Compare::Always => return u16::MAX,
+    };
+    low_bits(lanes.to_bitmask())
+}
+
 /// Where a block lies in the target: its row there, and its first column in the framebuffer.
 #[derive(Clone, Copy)]
 struct TargetRun {
@@ -532,22 +555,27 @@ struct TargetRun {
 impl TargetRun {
     /// The lanes of `mask` whose depth passes.
     #[inline(always)]
-    fn passing(
+    fn passing<L: fearless_simd::Simd>(
         self,
+        simd: L,
         buffer: &DepthBuffer<'_>,
         mask: u16,
         depth: &[f32; BLOCK],
         test: DepthTest,
     ) -> u16 {
-        let first = mask.trailing_zeros() as usize;
-        let count = mask.count_ones() as usize;
-        let start = self.column(first);
-        let stored = &buffer.row(self.y)[start..start + count];
-        let mut passed = 0;
-        for (i, (new, stored)) in depth[first..first + count].iter().zip(stored).enumerate() {
-            passed |= u16::from(test.compare.passes(*new, *stored)) << (first + i);
-        }
-        passed
+        let row = buffer.row(self.y);
+        let whole = usize::try_from(self.x - self.origin_x).ok();
+        let stored = whole.and_then(|start| row.get(start..)?.first_chunk::<BLOCK>());
+        let mut part = [0.0; BLOCK];
+        let stored = stored.unwrap_or_else(|| {
+            let first = mask.trailing_zeros() as usize;
+            let last = BLOCK - mask.leading_zeros() as usize;
+            let start = self.column(first);
+            part[first..last].copy_from_slice(&row[start..start + last - first]);
+            &part
+        });
+        let new = Narrow::load_array_ref(simd, depth);
+        mask & passing_lanes(test.compare, new, Narrow::load_array_ref(simd, stored))
     }
 
     /// The target's column of lane `lane`, which lies in it.

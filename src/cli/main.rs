@@ -23,7 +23,9 @@ mod progress;
 mod render;
 mod results;
 mod scene;
+mod shaders;
 mod surface;
+mod tally;
 mod text;
 mod tile;
 

@@ -51,8 +51,7 @@ impl Staged {
         write: impl FnOnce(&mut dyn Write) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
         let fail = |e: &io::Error| Failure::io(path, "write", e);
-        // Through a link, so that the link stays.
-        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let target = resolved(path);
         if fs::metadata(&target).is_ok_and(|found| found.permissions().readonly()) {
             return Err(Failure::at(
                 Place::file(path),
@@ -136,6 +135,19 @@ pub(crate) fn check_place(path: &Path) -> Result<(), Failure> {
 /// Is there something at `path` that a file must not take the place of?
 fn is_special(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
+/// `path` under the one name that its file has; through a link, so that the link stays.
+fn resolved(path: &Path) -> PathBuf {
+    if let Ok(found) = fs::canonicalize(path) {
+        return found;
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = fs::canonicalize(folder.unwrap_or(Path::new(".")));
+    match (folder, path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path.to_owned(),
+    }
 }
 
 /// A new file in the folder of `path`, and its name.

@@ -1,8 +1,7 @@
 //! Draws a model into a canvas: one frame, from positions in world space to pixels.
 //!
 //! Each position is transformed once, however many faces share it. Runs of faces that look the
-//! same go through one compiled loop; counts are put right so that a face cut into pieces
-//! counts as one.
+//! same go through one compiled loop.
 
 use glam::DVec3;
 use hyperspan::camera::transform;
@@ -15,11 +14,13 @@ use hyperspan::tiler::{Cull, Precision, Tiler};
 
 use crate::aov::Aov;
 use crate::camera::{Camera, DepthFlag};
-use crate::canvas::{Canvas, Coverage, Data, Layout, Picture};
+use crate::canvas::Canvas;
 use crate::failure::Failure;
 use crate::model::{Lit, Look, Model, Piece, Run};
 use crate::progress::Progress;
+use crate::shaders::{Coverage, Data, Layout, Picture};
 use crate::surface::{LitTexture, Plain, Shaded, Surface, Textured, light_piece};
+use crate::tally::FaceTally;
 
 /// How a model is to be drawn.
 #[derive(Clone, Copy, Debug)]
@@ -318,89 +319,5 @@ impl<V: Vertices> Polygon for PiecePolygon<'_, V> {
     #[inline]
     fn attribute(&self, i: usize, k: usize) -> f32 {
         self.vertices.attribute(self.start + i, k)
-    }
-}
-
-/// Puts counts right where a face is drawn as several pieces: the tiler counts polygons, the
-/// program faces.
-#[derive(Debug, Default)]
-struct FaceTally {
-    open: Option<OpenFace>,
-    /// What was counted too often.
-    surplus: Stats,
-}
-
-/// A face of several pieces that is being drawn.
-#[derive(Debug)]
-struct OpenFace {
-    face: u32,
-    /// Counts before its first piece.
-    before: Stats,
-    /// And after it.
-    first: Option<Stats>,
-}
-
-impl FaceTally {
-    /// Piece `i` is going to be drawn.
-    #[inline]
-    fn before(&mut self, tiler: &Tiler, pieces: &[Piece], i: usize) {
-        let face = pieces[i].face;
-        match &mut self.open {
-            Some(open) if open.face == face => {
-                open.first.get_or_insert_with(|| tiler.stats());
-                return;
-            }
-            Some(_) => self.close(tiler),
-            None => {}
-        }
-        if pieces.get(i + 1).is_some_and(|next| next.face == face) {
-            self.open = Some(OpenFace { face, before: tiler.stats(), first: None });
-        }
-    }
-
-    /// The open face has been drawn.
-    fn close(&mut self, tiler: &Tiler) {
-        let Some(OpenFace { before, first: Some(first), .. }) = self.open.take() else { return };
-        let after = tiler.stats();
-        let surplus = &mut self.surplus;
-        surplus.polygons += after.polygons - before.polygons - 1;
-        let once = |more: u64| more - more.min(1);
-        surplus.clipped += once(after.clipped - before.clipped);
-        let (w, before_w) = (after.constant_w, before.constant_w);
-        surplus.constant_w.polygon += once(w.polygon - before_w.polygon);
-        surplus.constant_w.row += once(w.row - before_w.row);
-        surplus.constant_w.column += once(w.column - before_w.column);
-
-        // It counts as drawn if any of it was, else as its first piece does.
-        let sum = |stats: &Stats| {
-            let culled = stats.culled;
-            culled.outside + culled.backface + culled.degenerate + culled.refused + culled.hidden
-        };
-        let drawn = sum(&after) - sum(&before) < after.polygons - before.polygons;
-        let from = if drawn { before.culled } else { first.culled };
-        let (culled, after) = (&mut surplus.culled, after.culled);
-        culled.outside += after.outside - from.outside;
-        culled.backface += after.backface - from.backface;
-        culled.degenerate += after.degenerate - from.degenerate;
-        culled.refused += after.refused - from.refused;
-        culled.hidden += after.hidden - from.hidden;
-    }
-
-    /// The counts of all that was drawn, by face.
-    fn settle(mut self, tiler: &Tiler) -> Stats {
-        self.close(tiler);
-        let mut stats = tiler.stats();
-        let surplus = self.surplus;
-        stats.polygons -= surplus.polygons;
-        stats.clipped -= surplus.clipped;
-        stats.constant_w.polygon -= surplus.constant_w.polygon;
-        stats.constant_w.row -= surplus.constant_w.row;
-        stats.constant_w.column -= surplus.constant_w.column;
-        stats.culled.outside -= surplus.culled.outside;
-        stats.culled.backface -= surplus.culled.backface;
-        stats.culled.degenerate -= surplus.culled.degenerate;
-        stats.culled.refused -= surplus.culled.refused;
-        stats.culled.hidden -= surplus.culled.hidden;
-        stats
     }
 }

@@ -9,8 +9,8 @@ use hyperspan::shade::BLOCK;
 use hyperspan::texture::Texture;
 
 use crate::camera::Camera;
-use crate::canvas::{Colour, lanes};
 use crate::model::{Look, Model, Piece};
+use crate::shaders::{Colour, lanes};
 
 /// A kind of look: the vertices' side of it; a pixel's is [`Colour`]. It has
 /// `Colour::ATTRIBUTES` attributes.

@@ -13,13 +13,14 @@ use hyperspan::target::Plane;
 use hyperspan::tiler::Tiler;
 
 use crate::aov::{self, Aov, Request};
-use crate::canvas::{Canvas, Colour, Coverage, Data, Layout, Picture, Plan};
+use crate::canvas::{Canvas, Plan};
 use crate::failure::{Failure, Place};
 use crate::flags::{DrawFlags, Size};
 use crate::frames::Timings;
 use crate::poly::{self, PolyFile};
 use crate::progress::Progress;
 use crate::results;
+use crate::shaders::{Colour, Coverage, Data, Layout, Picture};
 use crate::text::Lines;
 
 /// Draws polygons given in clip space.

@@ -8,9 +8,10 @@ mod face;
 mod mtl;
 mod obj;
 mod picture;
+mod shelf;
 mod triangulate;
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::BTreeMap;
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -19,12 +20,12 @@ use glam::DVec3;
 use hyperspan::texture::Texture;
 
 use self::face::{Judge, Verdict};
-use self::mtl::Definition;
-use self::obj::{ABSENT, Corners, Obj};
+use self::obj::{ABSENT, Corners};
+use self::shelf::Shelf;
 use crate::camera::Subject;
-use crate::failure::{Failure, Place, warn};
+use crate::failure::{Failure, Place};
 use crate::progress::Progress;
-use crate::text::{Lines, path_from_bytes, quoted, words};
+use crate::text::Lines;
 
 /// A model, ready to draw.
 #[derive(Debug)]
@@ -188,7 +189,9 @@ impl Model {
                 "models of this kind cannot be read: give a Wavefront OBJ file (.obj)",
             ));
         }
-        let obj = obj::read(path, size)?;
+        let mut progress = Progress::new("reading");
+        let obj = obj::parse(Lines::open(path)?, path, |done| progress.set(done, size))?;
+        drop(progress);
         let mut shelf = Shelf::new(path.parent().unwrap_or(Path::new("")));
         let material_of = shelf.materials(path, &obj)?;
         let Shelf { materials, textures, .. } = shelf;
@@ -410,139 +413,4 @@ fn too_large(path: &Path) -> Failure {
         Place::file(path),
         "the model has more than 4 294 967 294 corners once cut into convex pieces: split it",
     )
-}
-
-/// Finds materials and textures by their names.
-#[derive(Debug)]
-struct Shelf<'a> {
-    folder: &'a Path,
-    materials: Vec<Material>,
-    textures: Vec<TextureFile>,
-    /// Texture files that were looked for, and what became of them.
-    seen: HashMap<PathBuf, Option<usize>>,
-}
-
-impl<'a> Shelf<'a> {
-    /// What a model in `folder` names is looked for there.
-    fn new(folder: &'a Path) -> Self {
-        let plain = Material { name: String::new(), diffuse: [1.0; 3], texture: None };
-        Self { folder, materials: vec![plain], textures: Vec::new(), seen: HashMap::new() }
-    }
-
-    /// The material (an index into `materials`) for each name that `obj` uses. What is missing
-    /// is warned about and drawn without.
-    fn materials(&mut self, path: &Path, obj: &Obj) -> Result<Vec<usize>, Failure> {
-        let libraries = self.libraries(path, obj)?;
-        let mut definitions = HashMap::new();
-        for (all, library) in &libraries {
-            for definition in all {
-                // The first one counts.
-                definitions.entry(definition.name.as_slice()).or_insert((definition, library));
-            }
-        }
-        let mut all = Vec::with_capacity(obj.material_names.len());
-        for (name, line) in &obj.material_names {
-            let Some((definition, library)) = definitions.get(name.as_slice()) else {
-                let message = format!("there is no material {}: drawn white", quoted(name));
-                warn(&Place::line(path, *line), &message);
-                all.push(0);
-                continue;
-            };
-            let texture = match &definition.map {
-                Some((file, line)) => self.texture(file, &Place::line(library, *line))?,
-                None => None,
-            };
-            all.push(self.materials.len());
-            self.materials.push(Material {
-                name: String::from_utf8_lossy(name).into_owned(),
-                diffuse: definition.diffuse,
-                texture,
-            });
-        }
-        Ok(all)
-    }
-
-    /// What is in the material files that `obj` names, each read once.
-    fn libraries(
-        &self,
-        path: &Path,
-        obj: &Obj,
-    ) -> Result<Vec<(Vec<Definition>, PathBuf)>, Failure> {
-        let mut read = Vec::new();
-        let mut seen = HashSet::new();
-        for (names, line) in &obj.libraries {
-            for library in self.library_paths(names) {
-                if !seen.insert(library.clone()) {
-                    continue;
-                }
-                match fs::metadata(&library) {
-                    Err(e) if picture::is_missing(&e) => {
-                        let name = library.display();
-                        let message = format!("there is no {name}: drawn without its materials");
-                        warn(&Place::line(path, *line), &message);
-                    }
-                    Err(e) => return Err(Failure::io(&library, "read", &e)),
-                    Ok(found) if !found.is_file() => {
-                        return Err(Failure::at(Place::file(&library), "this is no regular file"));
-                    }
-                    Ok(_) => read.push((mtl::parse(Lines::open(&library)?)?, library)),
-                }
-            }
-        }
-        Ok(read)
-    }
-
-    /// The files that an `mtllib` line names. The format has no quotes: it is one name with
-    /// spaces in it if there is such a file, else each name ends in `.mtl`.
-    fn library_paths(&self, names: &[u8]) -> Vec<PathBuf> {
-        let whole = self.find(names);
-        if names.is_empty() || whole.is_file() {
-            return if names.is_empty() { Vec::new() } else { vec![whole] };
-        }
-        let mut all = Vec::new();
-        let mut name: Vec<u8> = Vec::new();
-        for word in words(names) {
-            if !name.is_empty() {
-                name.push(b' ');
-            }
-            name.extend_from_slice(word);
-            if word.to_ascii_lowercase().ends_with(b".mtl") {
-                all.push(self.find(&std::mem::take(&mut name)));
-            }
-        }
-        if !name.is_empty() {
-            all.push(self.find(&name));
-        }
-        all
-    }
-
-    /// The file called `name`: beside the model, also if it was named where folders are
-    /// divided by backslashes.
-    fn find(&self, name: &[u8]) -> PathBuf {
-        let path = self.folder.join(path_from_bytes(name));
-        if path.exists() || !name.contains(&b'\\') {
-            return path;
-        }
-        let slashes: Vec<u8> =
-            name.iter().map(|byte| if *byte == b'\\' { b'/' } else { *byte }).collect();
-        let other = self.folder.join(path_from_bytes(&slashes));
-        if other.exists() { other } else { path }
-    }
-
-    /// The texture in the file called `name`, which `place` asks for; each file is read once.
-    fn texture(&mut self, name: &[u8], place: &Place) -> Result<Option<usize>, Failure> {
-        let path = self.find(name);
-        if let Some(known) = self.seen.get(&path) {
-            return Ok(*known);
-        }
-        let found = picture::read(&path)?.map(|texture| {
-            self.textures.push(TextureFile { path: path.clone(), texture });
-            self.textures.len() - 1
-        });
-        if found.is_none() {
-            warn(place, &format!("there is no {}: drawn without it", path.display()));
-        }
-        self.seen.insert(path, found);
-        Ok(found)
-    }
 }

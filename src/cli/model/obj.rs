@@ -14,7 +14,6 @@ use std::io::BufRead;
 use std::path::Path;
 
 use crate::failure::{Failure, Place};
-use crate::progress::Progress;
 use crate::text::{self, Lines, quoted, words};
 
 /// An index that is not there.
@@ -83,13 +82,7 @@ impl Corners {
 const KINDS: [(&str, &str); 3] =
     [("position", "v"), ("texture coordinate", "vt"), ("normal", "vn")];
 
-/// Reads the OBJ file at `path`, of `size` bytes.
-pub(crate) fn read(path: &Path, size: u64) -> Result<Obj, Failure> {
-    let mut progress = Progress::new("reading");
-    parse(Lines::open(path)?, path, |done| progress.set(done, size))
-}
-
-/// Reads OBJ text; `progress` is told now and then how many bytes are done.
+/// Reads a file, which messages call `path`; `progress` is told now and then how many bytes are done.
 pub(crate) fn parse<R: BufRead>(
     lines: Lines<R>,
     path: &Path,

@@ -1,0 +1,121 @@
+//! 16 lanes at a time: the vectors that the X loop computes in.
+//!
+//! No closures and no `map` here: what is not inlined is not compiled for the instruction set.
+//! Only IEEE `+ - * /`, comparisons and conversions that round once: a lane's bits are the same
+//! on every instruction set.
+
+use core::ops::{Add, Mul, Sub};
+
+use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, f32x16, f64x8};
+
+use crate::shade::BLOCK;
+
+/// 16 lanes of `f64`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wide<S: Simd>(f64x8<S>, f64x8<S>);
+
+/// 16 lanes of `f32`.
+pub(crate) type Narrow<S> = f32x16<S>;
+
+/// 0, 1, ... 15.
+const COUNT: [f64; BLOCK] =
+    [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
+
+impl<S: Simd> Wide<S> {
+    /// `value` in every lane.
+    #[inline(always)]
+    pub(crate) fn splat(simd: S, value: f64) -> Self {
+        let half = f64x8::splat(simd, value);
+        Self(half, half)
+    }
+
+    /// The lanes of an array.
+    #[inline(always)]
+    pub(crate) fn load(simd: S, lanes: &[f64; BLOCK]) -> Self {
+        let (low, high) = lanes.split_at(BLOCK / 2);
+        Self(f64x8::from_slice(simd, low), f64x8::from_slice(simd, high))
+    }
+
+    /// `first`, `first` + 1, ...
+    #[inline(always)]
+    pub(crate) fn count_from(simd: S, first: f64) -> Self {
+        Self::load(simd, &COUNT) + Self::splat(simd, first)
+    }
+
+    /// 1 / self.
+    #[inline(always)]
+    pub(crate) fn reciprocal(self, simd: S) -> Self {
+        let one = f64x8::splat(simd, 1.0);
+        Self(one / self.0, one / self.1)
+    }
+
+    /// |self|.
+    #[inline(always)]
+    pub(crate) fn abs(self) -> Self {
+        Self(self.0.abs(), self.1.abs())
+    }
+
+    /// Rounded once to `f32`.
+    #[inline(always)]
+    pub(crate) fn narrow(self) -> Narrow<S> {
+        self.0.narrow(self.1)
+    }
+
+    /// The lanes at which self < other.
+    #[inline(always)]
+    pub(crate) fn below(self, other: Self) -> u16 {
+        let low = self.0.simd_lt(other.0).to_bitmask();
+        low_bits(low | self.1.simd_lt(other.1).to_bitmask() << (BLOCK / 2))
+    }
+}
+
+impl<S: Simd> Add for Wide<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0, self.1 + other.1)
+    }
+}
+
+impl<S: Simd> Sub for Wide<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(self.0 - other.0, self.1 - other.1)
+    }
+}
+
+impl<S: Simd> Mul for Wide<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(self.0 * other.0, self.1 * other.1)
+    }
+}
+
+/// `value` within the range, whose lower end, if it is 0, is +0: what is below it becomes that,
+/// and so does NaN.
+#[inline(always)]
+pub(crate) fn clamp_lanes<S: Simd>(value: Narrow<S>, [low, high]: [f32; 2]) -> Narrow<S> {
+    use fearless_simd::Select as _;
+    let simd = fearless_simd::ExtractToken::token(&value);
+    let (low, high) = (f32x16::splat(simd, low), f32x16::splat(simd, high));
+    let value = value.simd_gt(low).select(value, low);
+    value.simd_gt(high).select(high, value)
+}
+
+/// The lanes whose bits are the same.
+#[inline(always)]
+pub(crate) fn same_bits<S: Simd>(a: Narrow<S>, b: Narrow<S>) -> u16 {
+    low_bits(a.to_bits().simd_eq(b.to_bits()).to_bitmask())
+}
+
+/// A mask of 16 lanes.
+#[expect(clippy::cast_possible_truncation, reason = "the mask has 16 lanes")]
+#[inline(always)]
+pub(crate) fn low_bits(mask: u64) -> u16 {
+    mask as u16
+}
