@@ -11,6 +11,7 @@ use hyperspan::clip::{ClipPlane, Clipped, Clipper, VertexArrays};
 use hyperspan::depth::{Compare, DepthSource, DepthTest};
 use hyperspan::polygon::Strided;
 use hyperspan::shade::{Fragment, Solid};
+use hyperspan::simd::Simd;
 use hyperspan::space::{DepthRange, Grid, Viewport};
 use hyperspan::target::Plane;
 use hyperspan::tiler::{Cull, Outcome, Precision, Tiler};
@@ -280,6 +281,8 @@ struct Case {
     clear: f32,
     cull: Cull,
     precision: Precision,
+    planes: Vec<ClipPlane>,
+    simd: Simd,
     shapes: Vec<Shape>,
 }
 
@@ -336,8 +339,13 @@ impl Case {
             clear: bytes.pick(&[1.0, 0.0, 0.5, f32::NAN]),
             cull: bytes.pick(&[Cull::None, Cull::None, Cull::Back, Cull::Front]),
             precision: bytes.pick(&[Precision::Exact, Precision::Fast]),
+            planes: Vec::new(),
+            simd: Simd::auto(),
             shapes: Vec::new(),
         };
+        for _ in 0..bytes.below(8).saturating_sub(5) {
+            case.planes.push([(); 4].map(|()| bytes.number()));
+        }
         for _ in 0..1 + bytes.below(3) {
             case.shapes.push(Shape::new(bytes, count, viewport, origin));
         }
@@ -354,6 +362,8 @@ impl Case {
             .set_cull(self.cull)
             .set_precision(self.precision)
             .set_interpolation(&self.interpolation)
+            .set_clip_planes(&self.planes)
+            .set_simd(self.simd)
             .reset_stats();
         if let Some(test) = self.depth {
             tiler.set_depth_test(test);
@@ -534,10 +544,11 @@ impl Picture {
 /// - each polygon is counted once, each pixel as shaded or hidden;
 /// - depth lies in 0..=1, finite attributes in their range over the vertices, flat ones are
 ///   the first vertex's, a NaN is the canonical one;
-/// - a rotated vertex list, all coordinates times a power of two, and a crop give the same
-///   bits, and so does a tiler that has drawn other things before;
+/// - a rotated vertex list, all coordinates times a power of two, a crop, and another
+///   instruction set give the same bits, and so does a tiler that has drawn other things before;
 /// - an attribute that is not finite changes nothing else (but where vertices at one place have
 ///   several values); nor does leaving them all out;
+/// - `Fast` is within its bound of `Exact`;
 /// - a polygon that no plane cuts covers the pixels that P1 says, in exact integers.
 pub(crate) fn tiler(data: &[u8]) {
     let bytes = &mut Bytes(data);
@@ -566,6 +577,10 @@ pub(crate) fn tiler(data: &[u8]) {
         picture.must_equal(&scaled.draw(&mut tiler), "times a power of two");
     }
 
+    let levels: Vec<Simd> = Simd::all().map(|(_, simd)| simd).collect();
+    let other = Case { simd: bytes.pick(&levels), ..case.clone() };
+    picture.must_equal(&other.draw(&mut tiler), "another instruction set");
+
     let (width, height) = case.size;
     let [x, y] = [width, height].map(|side| u32::from(bytes.byte()) % side);
     let size = [width - x, height - y].map(|side| 1 + u32::from(bytes.byte()) % side);
@@ -587,6 +602,11 @@ pub(crate) fn tiler(data: &[u8]) {
         }
     }
 
+    let alone = Case { depth: None, ..case.clone() };
+    let exact = Case { precision: Precision::Exact, ..alone.clone() }.draw(&mut tiler);
+    let fast = Case { precision: Precision::Fast, ..alone }.draw(&mut tiler);
+    check_bound(&case, &exact, &fast);
+
     let mut bare = case.clone();
     for shape in &mut bare.shapes {
         (shape.attributes, shape.count) = (Vec::new(), 0);
@@ -597,6 +617,27 @@ pub(crate) fn tiler(data: &[u8]) {
 
     for shape in &bare.shapes {
         check_coverage(&bare, shape, &mut tiler);
+    }
+}
+
+/// `fast` is within its bound of `exact`.
+fn check_bound(case: &Case, exact: &Picture, fast: &Picture) {
+    const U: f64 = 1.0 / 16_777_216.0;
+    for (p, q) in exact.pixels.iter().zip(&fast.pixels) {
+        assert_eq!(p[0], q[0], "coverage depends on the precision");
+        assert!(p[1].abs_diff(q[1]) <= 1, "depth is off by more than an ulp");
+        for k in 0..case.shapes[0].count {
+            // Any of the polygons may have drawn the pixel.
+            let columns = case.shapes.iter().flat_map(|shape| shape.column(k));
+            let largest = columns.map(|a| f64::from(a).abs()).fold(0.0, f64::max);
+            let [a, b] = [p, q].map(|pixel| f64::from(f32::from_bits(pixel[2 + k])));
+            // The exact value is known to half an ulp.
+            let ulp = 2.0 * U * a.abs().max(f64::from(f32::MIN_POSITIVE));
+            let allowed = 4.0 * U * a.abs() + 3.0 * U * largest + ulp;
+            let near = a == b || (a - b).abs() <= allowed;
+            let spoilt = !case.shapes.iter().all(|shape| shape.is_finite(k));
+            assert!(near || spoilt, "attribute {k}: {b:e} is too far from {a:e}");
+        }
     }
 }
 
