@@ -68,6 +68,7 @@ fn bad_materials_and_textures_are_named_with_their_line() {
         ("newmtl a\nmap_Kd .\n", "cannot use this picture as a texture: it is no regular file"),
         ("newmtl a\nmap_Kd cut.png\n", "cut.png: cannot use this picture"),
         ("newmtl a\nmap_Kd lie.png\n", "lie.png: cannot use this picture"),
+        ("newmtl a\nmap_Kd head.jpg\n", "head.jpg: cannot use this picture"),
         ("newmtl a\nmap_Kd cut.jpg\n", "cut.jpg: cannot use this picture"),
         ("newmtl \0\n", "m.mtl:1: there is a zero byte"),
     ] {
@@ -81,7 +82,11 @@ fn bad_materials_and_textures_are_named_with_their_line() {
         lie[29..33].copy_from_slice(&checksum);
         lie.extend_from_slice(&whole[33..]);
         folder.write("lie.png", &lie);
-        folder.write("cut.jpg", b"\xFF\xD8\xFF\xE0\0\x10JFIF\0\x01");
+        folder.write("head.jpg", b"\xFF\xD8\xFF\xE0\0\x10JFIF\0\x01");
+        let picture = image::RgbImage::from_fn(64, 64, |x, y| image::Rgb([(x * y) as u8; 3]));
+        picture.save(folder.path("whole.jpg")).expect("room for a small file");
+        let whole = folder.read("whole.jpg");
+        folder.write("cut.jpg", &whole[..whole.len() / 2]);
         folder.write("m.mtl", text.as_bytes());
         folder.bad("render m.obj -o out.png", wanted);
     }
@@ -182,6 +187,7 @@ fn bad_usage_says_what_to_do() {
         ("--aov color=a.exr", ".npy (exact values) or .png"),
         ("--aov beauty=a.npy", "there is no `beauty` here; choose one of depth, w, id, overdraw"),
         ("-o a.png --aov id=a.png", "a.png: two results go there"),
+        ("--aov id=./a.npy --aov w=dir.png/../a.npy", "a.npy: two results go there"),
         ("-o no/such/out.png", "no/such: cannot write into it"),
         ("--aov id=m.obj/a.npy", "m.obj: cannot write into it: it is no folder"),
         ("-o dir.png", "dir.png: cannot write it: it is a folder"),

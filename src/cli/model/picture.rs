@@ -1,7 +1,7 @@
 //! Texture files: PNG and JPEG, with limits, since a header may lie.
 
-use std::fs::{self, File};
-use std::io::{self, BufReader};
+use std::fs;
+use std::io::{self, Cursor};
 use std::path::Path;
 
 use hyperspan::texture::Texture;
@@ -20,12 +20,15 @@ pub(super) fn read(path: &Path) -> Result<Option<Texture>, Failure> {
         Ok(found) if !found.is_file() => return Err(bad(path, "it is no regular file")),
         Ok(_) => {}
     }
-    let file = File::open(path).map_err(|e| Failure::io(path, "open", &e))?;
-    let mut reader = ImageReader::new(BufReader::new(file))
+    let bytes = fs::read(path).map_err(|e| Failure::io(path, "read", &e))?;
+    let mut reader = ImageReader::new(Cursor::new(bytes.as_slice()))
         .with_guessed_format()
         .map_err(|e| Failure::io(path, "read", &e))?;
-    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
-        return Err(bad(path, "it is neither PNG nor JPEG"));
+    match reader.format() {
+        Some(ImageFormat::Png) => {}
+        Some(ImageFormat::Jpeg) if jpeg_ends(&bytes) => {}
+        Some(ImageFormat::Jpeg) => return Err(bad(path, "it is cut short")),
+        _ => return Err(bad(path, "it is neither PNG nor JPEG")),
     }
     let mut limits = Limits::default();
     limits.max_image_width = Some(MOST_TEXELS_A_SIDE);
@@ -48,6 +51,13 @@ pub(super) fn is_missing(error: &io::Error) -> bool {
         error.kind(),
         io::ErrorKind::NotFound | io::ErrorKind::NotADirectory | io::ErrorKind::InvalidFilename
     )
+}
+
+/// Is there an end-of-image marker behind the last scan? The decoder does not mind if there is
+/// none, and makes up the rest.
+fn jpeg_ends(bytes: &[u8]) -> bool {
+    let last = |marker: [u8; 2]| bytes.array_windows().rposition(|pair| *pair == marker);
+    last([0xFF, 0xD9]) > last([0xFF, 0xDA])
 }
 
 fn bad(path: &Path, why: &str) -> Failure {

@@ -1,0 +1,226 @@
+//! The shaders that fill a canvas.
+//!
+//! A picture alone goes through [`Picture`], straight into rows of RGBA8. As soon as data is
+//! asked for, [`Data`] writes every plane itself, from one pass; [`Coverage`] does where depth
+//! is all that is wanted. Where colours come from is the caller's [`Colour`].
+
+use hyperspan::shade::{BLOCK, Block, Inputs, Shader, unorm8};
+use hyperspan::varying::CANONICAL_NAN;
+
+use crate::aov::Aov;
+use crate::canvas::{Planes, Values};
+use crate::flags::Crop;
+
+/// The colour of a pixel, out of its attributes. Covered pixels are opaque.
+pub(crate) trait Colour {
+    /// How many attributes it reads: the first ones.
+    const ATTRIBUTES: usize;
+
+    /// Red, green and blue of `lane`.
+    fn rgb(&self, attributes: &[[f32; BLOCK]], lane: usize) -> [f32; 3];
+
+    /// RGBA8 of the lanes in `mask`, the others are anything: `rgb` rounded.
+    #[inline]
+    fn rgba8(&self, attributes: &[[f32; BLOCK]], _mask: u16, out: &mut [[u8; 4]; BLOCK]) {
+        // All lanes: vectors are faster than branches.
+        for (lane, pixel) in out.iter_mut().enumerate() {
+            let [r, g, b] = self.rgb(attributes, lane).map(unorm8);
+            *pixel = [r, g, b, 255];
+        }
+    }
+}
+
+/// Colours into a target of RGBA8.
+#[derive(Debug)]
+pub(crate) struct Picture<'a, C>(pub(crate) &'a C);
+
+impl<C: Colour> Shader for Picture<'_, C> {
+    type Pixel = [u8; 4];
+    const INPUTS: Inputs = Inputs::attributes(C::ATTRIBUTES);
+
+    #[inline]
+    fn shade(&mut self, block: &Block<'_>, out: &mut [[u8; 4]; BLOCK]) -> u16 {
+        self.0.rgba8(block.attributes, block.mask, out);
+        block.mask
+    }
+}
+
+/// Nothing but the depth test.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Coverage;
+
+impl Shader for Coverage {
+    type Pixel = ();
+    const INPUTS: Inputs = Inputs::COVERAGE;
+
+    #[inline]
+    fn shade(&mut self, block: &Block<'_>, _out: &mut [(); BLOCK]) -> u16 {
+        block.mask
+    }
+}
+
+/// Which of a polygon's attributes are what; nothing for what it has not.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Layout {
+    /// Of (u, v).
+    pub(crate) uv: Option<usize>,
+    /// Of the normal.
+    pub(crate) normal: Option<usize>,
+    /// Of the world position.
+    pub(crate) position: Option<usize>,
+}
+
+/// Writes all planes of data, and the picture if there is one.
+#[derive(Debug)]
+pub(crate) struct Data<'a, C> {
+    /// Where colours come from.
+    pub(crate) colour: &'a C,
+    /// Where the other attributes are.
+    pub(crate) layout: Layout,
+    /// The polygon's number.
+    pub(crate) id: u32,
+    /// Where it all goes.
+    pub(crate) planes: Planes<'a>,
+}
+
+impl<C: Colour> Shader for Data<'_, C> {
+    type Pixel = ();
+
+    #[inline]
+    fn shade(&mut self, block: &Block<'_>, _out: &mut [(); BLOCK]) -> u16 {
+        let crop = self.planes.crop;
+        let Some(start) = crop.block_start(block) else { return 0 };
+        if let Some(picture) = &mut self.planes.picture {
+            let mut rgba = [[0; 4]; BLOCK];
+            self.colour.rgba8(block.attributes, block.mask, &mut rgba);
+            for lane in lanes(block.mask) {
+                picture[start.index(lane)] = rgba[lane];
+            }
+        }
+        for plane in self.planes.planes.iter_mut() {
+            match &mut plane.values {
+                Values::Integers(values) => {
+                    for lane in lanes(block.mask) {
+                        values[start.index(lane)] = self.id;
+                    }
+                }
+                Values::Floats(values) => {
+                    let n = plane.channels;
+                    for lane in lanes(block.mask) {
+                        let i = start.index(lane) * n;
+                        let pixel = &mut values[i..i + n];
+                        match plane.aov {
+                            Aov::Depth => pixel[0] = block.depth[lane],
+                            Aov::W => pixel[0] = block.w[lane],
+                            Aov::Color => {
+                                let [r, g, b] = self.colour.rgb(block.attributes, lane);
+                                pixel.copy_from_slice(&[r, g, b, 1.0].map(canonical));
+                            }
+                            Aov::Uv => gather(pixel, self.layout.uv, block, lane),
+                            Aov::Normal => gather(pixel, self.layout.normal, block, lane),
+                            Aov::Position => gather(pixel, self.layout.position, block, lane),
+                            Aov::Attr => gather(pixel, Some(0), block, lane),
+                            Aov::Id | Aov::Overdraw => {}
+                        }
+                    }
+                }
+            }
+        }
+        block.mask
+    }
+}
+
+/// Counts how often each pixel is covered.
+#[derive(Debug)]
+pub(crate) struct Overdraw<'a> {
+    crop: Crop,
+    counts: &'a mut [u32],
+}
+
+impl<'a> Overdraw<'a> {
+    /// Counts for the pixels of `crop`, row after row.
+    pub(crate) fn new(crop: Crop, counts: &'a mut [u32]) -> Self {
+        Self { crop, counts }
+    }
+}
+
+impl Shader for Overdraw<'_> {
+    type Pixel = ();
+    const INPUTS: Inputs = Inputs::COVERAGE;
+
+    #[inline]
+    fn shade(&mut self, block: &Block<'_>, _out: &mut [(); BLOCK]) -> u16 {
+        let Some(start) = self.crop.block_start(block) else { return 0 };
+        for lane in lanes(block.mask) {
+            let count = &mut self.counts[start.index(lane)];
+            *count = count.saturating_add(1);
+        }
+        block.mask
+    }
+}
+
+/// Where a block's pixels are in a plane of the crop's size. Lane 0 may lie left of it.
+#[derive(Clone, Copy, Debug)]
+struct BlockStart {
+    row: usize,
+    column: isize,
+}
+
+impl BlockStart {
+    /// The place of `lane`, which lies in the crop.
+    #[inline]
+    fn index(self, lane: usize) -> usize {
+        self.row + self.column.saturating_add_unsigned(lane).unsigned_abs()
+    }
+}
+
+impl Crop {
+    /// Where `block` begins; nothing for a row that is not in the crop.
+    #[inline]
+    fn block_start(self, block: &Block<'_>) -> Option<BlockStart> {
+        let row = u32::try_from(block.y).ok()?.checked_sub(self.y)?;
+        let column = isize::try_from(i64::from(block.x) - i64::from(self.x)).ok()?;
+        Some(BlockStart { row: row as usize * self.width as usize, column })
+    }
+}
+
+/// The lanes whose bits are set in `mask`, from the left.
+#[inline]
+pub(crate) fn lanes(mask: u16) -> impl Iterator<Item = usize> {
+    let mut left = mask;
+    std::iter::from_fn(move || {
+        let lane = left.trailing_zeros() as usize;
+        left &= left.wrapping_sub(1);
+        (lane < BLOCK).then_some(lane)
+    })
+}
+
+/// The attributes from `first` on of one pixel; 0 for what the polygon has not.
+#[inline]
+fn gather(pixel: &mut [f32], first: Option<usize>, block: &Block<'_>, lane: usize) {
+    match first.and_then(|first| block.attributes.get(first..first + pixel.len())) {
+        Some(attributes) => {
+            for (to, from) in pixel.iter_mut().zip(attributes) {
+                *to = from[lane];
+            }
+        }
+        None => pixel.fill(0.0),
+    }
+}
+
+/// `value`, any NaN as the one that is written.
+fn canonical(value: f32) -> f32 {
+    if value.is_nan() { CANONICAL_NAN } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lanes_are_the_set_bits() {
+        assert_eq!(lanes(0b1000_0000_0010_0001).collect::<Vec<_>>(), [0, 5, 15]);
+        assert_eq!(lanes(0).count(), 0);
+        assert_eq!(lanes(u16::MAX).count(), BLOCK);
+    }
+}
