@@ -95,7 +95,7 @@ const AWKWARD: [f64; 32] = [
     f64::NEG_INFINITY,
     f64::NAN,
     8.673617379884035e-19, // 2^-60
-    1.1529215046068470e18, // 2^60
+    1.152921504606847e18,  // 2^60
 ];
 
 /// Vertices and their attributes, `count` for each.
@@ -734,7 +734,7 @@ pub(crate) fn clip(data: &[u8]) {
     let numbers = shape.positions.iter_mut().chain(&mut planes).flatten();
     for number in numbers {
         // The clipper is promised finite numbers.
-        if !(number.abs() <= limit) {
+        if number.is_nan() || number.abs() > limit {
             *number = 0.75;
         }
     }
