@@ -14,6 +14,12 @@ pub(crate) struct Corner {
     /// Weights of the vertices as given, one for each: they sum to 1, and whatever is linear
     /// along the polygon's edges in clip space has this mean of its values here.
     pub(crate) weights: Vec<Q>,
+    /// The same for what is linear along the edges in the framebuffer; where an end of an edge
+    /// has w <= 0, in clip space.
+    pub(crate) framebuffer_weights: Vec<Q>,
+    /// On its way, an end of its edge was at infinity (w = 0): in f64, w may well have come out
+    /// on either side of it, and with it the rule for `framebuffer_weights`.
+    pub(crate) by_infinity: bool,
 }
 
 /// The planes in their order, as the coefficients of a distance that is negative outside.
@@ -39,7 +45,12 @@ pub(crate) fn planes(viewport: Viewport) -> Vec<[Q; 4]> {
 pub(crate) fn clip(poly: &Poly, planes: &[[Q; 4]]) -> Vec<Corner> {
     let n = poly.positions.len();
     let unit = |i: usize| (0..n).map(|j| if i == j { Q::ONE } else { Q::ZERO }).collect();
-    let corner = |i: usize| Corner { position: poly.positions[i].map(q), weights: unit(i) };
+    let corner = |i: usize| Corner {
+        position: poly.positions[i].map(q),
+        weights: unit(i),
+        framebuffer_weights: unit(i),
+        by_infinity: false,
+    };
     let all = (0..n).map(corner).collect();
     planes.iter().fold(all, |corners: Vec<Corner>, plane| cut(&corners, plane))
 }
@@ -62,16 +73,30 @@ fn cut(corners: &[Corner], plane: &[Q; 4]) -> Vec<Corner> {
 
 /// The point at `t` of the way.
 fn between(from: &Corner, to: &Corner, t: &Q) -> Corner {
-    let mix = |a: &Q, b: &Q| a + t * (b - a);
-    let position = [0, 1, 2, 3].map(|i| mix(&from.position[i], &to.position[i]));
-    let weights = from.weights.iter().zip(&to.weights).map(|(a, b)| mix(a, b)).collect();
-    Corner { position, weights }
+    let position = [0, 1, 2, 3].map(|i| mix(&from.position[i], &to.position[i], t));
+    let (w0, w1) = (&from.position[3], &to.position[3]);
+    let seen = *w0 > Q::ZERO && *w1 > Q::ZERO;
+    // In the framebuffer, the point w0 (1 - t) : w1 t.
+    let s = if seen { t * w1 / mix(w0, w1, t) } else { t.clone() };
+    let all = |a: &[Q], b: &[Q], t: &Q| a.iter().zip(b).map(|(a, b)| mix(a, b, t)).collect();
+    Corner {
+        position,
+        weights: all(&from.weights, &to.weights, t),
+        framebuffer_weights: all(&from.framebuffer_weights, &to.framebuffer_weights, &s),
+        by_infinity: from.by_infinity || to.by_infinity || *w0 == Q::ZERO || *w1 == Q::ZERO,
+    }
+}
+
+/// From `a` to `b`, at `t` of the way.
+pub(crate) fn mix(a: &Q, b: &Q, t: &Q) -> Q {
+    a + t * (b - a)
 }
 
 impl Corner {
     /// The corner's value of something that has the given values at the polygon's vertices.
-    pub(crate) fn mean(&self, values: &[Q]) -> Q {
-        sum(self.weights.iter().zip(values).map(|(weight, value)| weight * value))
+    pub(crate) fn mean(&self, values: &[Q], in_framebuffer: bool) -> Q {
+        let weights = if in_framebuffer { &self.framebuffer_weights } else { &self.weights };
+        sum(weights.iter().zip(values).map(|(weight, value)| weight * value))
     }
 
     /// Where it lands in the framebuffer, exactly, in pixels; nowhere if w is 0.

@@ -3,7 +3,8 @@
 use super::Poly;
 use super::clipper::{self, Side};
 use super::coverage::{covered, is_unclipped, snapped};
-use super::plane::Plane;
+use super::edges::Edges;
+use super::plane::{Plane, Right};
 use super::probe::{Picture, View};
 
 /// What clipping and snapping may move an edge by, in pixels.
@@ -43,36 +44,70 @@ pub(crate) struct Compared {
     pub(crate) values: usize,
     /// Of them, those that no vertex has.
     pub(crate) between: usize,
-    /// Beside them, those that the plane does not define.
+    /// Of them, those that run along edges and across spans.
+    pub(crate) across: usize,
+    /// Beside them, those without a promise.
     pub(crate) left_out: usize,
 }
 
-/// Has every pixel the right values, bit for bit?
+/// Has every pixel the right values, bit for bit? Those that run along the edges of a polygon
+/// that was clipped are compared with a tolerance: its new vertices are rounded.
 pub(crate) fn values(view: &View, poly: &Poly, picture: &Picture) -> Result<Compared, String> {
     let plane = Plane::new(poly, view.viewport, &view.interpolation);
+    let edges = Edges::new(poly, view.viewport, &view.interpolation);
+    let whole = is_unclipped(view.viewport, poly);
     let mut compared = Compared::default();
     for (&(y, x), seen) in picture {
         let at = plane.at(x, y);
-        let first = [(at.inv_w(), seen.inv_w), (at.w(), seen.w), (at.depth(), seen.depth)];
-        let attributes = seen.attributes.iter().enumerate().map(|(k, s)| (at.attribute(k), *s));
-        for (number, (right, seen)) in first.into_iter().chain(attributes).enumerate() {
-            let Some(right) = right else {
-                compared.left_out += 1;
-                continue;
+        let across = edges.at(x, y);
+        for number in 0..3 + seen.attributes.len() {
+            let (right, drawn) = match number {
+                0 => (at.inv_w(), seen.inv_w),
+                1 => (at.w(), seen.w),
+                2 => (at.depth(), seen.depth),
+                k => (at.attribute(k - 3), seen.attributes[k - 3]),
+            };
+            let (right, is_exact) = match (right, &across) {
+                (Right::Is(right), _) => (right, true),
+                (Right::Across, Some(across)) if whole || across.is_sound() => {
+                    compared.across += 1;
+                    let right = match number {
+                        0 => across.inv_w(),
+                        1 => across.w(),
+                        2 => across.depth(),
+                        k => across.attribute(k - 3),
+                    };
+                    (right, whole)
+                }
+                _ => {
+                    compared.left_out += 1;
+                    continue;
+                }
             };
             compared.values += 1;
             let given = |i: usize| number < 3 || poly.attributes[i][number - 3] != right;
             compared.between += usize::from((0..poly.positions.len()).all(given));
-            if right.to_bits() != seen {
+            let drawn = f32::from_bits(drawn);
+            let near = !is_exact && {
+                let size = |i: usize| match number {
+                    0 | 1 => right.abs(),
+                    2 => 1.0,
+                    k => poly.attributes[i][k - 3].abs(),
+                };
+                let most = (0..poly.positions.len()).map(size).fold(0.0, f32::max);
+                (right - drawn).abs() <= most * 1e-5
+            };
+            if right.to_bits() != drawn.to_bits() && !near {
                 let what = match number {
                     0 => "1/w".to_owned(),
                     1 => "w".to_owned(),
                     2 => "depth".to_owned(),
                     k => format!("attribute {}", k - 3),
                 };
-                let (right_bits, drawn) = (right.to_bits(), f32::from_bits(seen));
+                let bits = [right, drawn].map(f32::to_bits);
                 return Err(format!(
-                    "{what} at ({x}, {y}) is {right:e} = {right_bits:#x}, drawn {drawn:e} = {seen:#x}"
+                    "{what} at ({x}, {y}) is {right:e} = {:#x}, drawn {drawn:e} = {:#x}",
+                    bits[0], bits[1]
                 ));
             }
         }

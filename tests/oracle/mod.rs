@@ -6,12 +6,14 @@
 //! - `coverage`  P1: snapping, and the half-open non-zero winding rule, in `i128`
 //! - `clipper`   a naive clipper in rationals
 //! - `plane`     P2: values at a pixel through the inverse of the transform
+//! - `edges`     P2, what is not affine: along edges and across spans
 //! - `judge`     compares a picture with them
 //! - `probe`     draws with the library and records what arrives, pixel by pixel
 //! - `shapes`    strategies that make polygons
 
 pub(crate) mod clipper;
 pub(crate) mod coverage;
+pub(crate) mod edges;
 pub(crate) mod exact;
 pub(crate) mod judge;
 pub(crate) mod plane;

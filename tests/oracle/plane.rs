@@ -27,13 +27,13 @@ fn magnitude(value: Q) -> Q {
 }
 
 /// (least, greatest).
-fn range(values: &[Q]) -> (Q, Q) {
+pub(crate) fn range(values: &[Q]) -> (Q, Q) {
     let extreme = |least: bool| values.iter().reduce(|a, b| if (b < a) == least { b } else { a });
     let take = |least: bool| extreme(least).expect("a value").clone();
     (take(true), take(false))
 }
 
-fn clamp(value: Q, (low, high): &(Q, Q)) -> Q {
+pub(crate) fn clamp(value: Q, (low, high): &(Q, Q)) -> Q {
     value.max(low.clone()).min(high.clone())
 }
 
@@ -47,7 +47,6 @@ pub(crate) struct Plane {
     determinant: Q,
     adjugate: [Vector; 3],
     flat: bool,
-    depth_affine: bool,
     attributes: Vec<Attribute>,
     /// What is left within the planes, without corners at w = 0, and the range of 1/w there.
     clipped: Vec<Corner>,
@@ -60,8 +59,21 @@ enum Attribute {
     Same(f32),
     /// Affine on the plane, or, if `linear`, in the framebuffer.
     Affine { values: Vec<Q>, range: (Q, Q), linear: bool },
-    /// Not defined by the plane.
-    Other,
+    /// Runs along edges and across spans.
+    Across,
+    /// With an infinity at a vertex.
+    Undefined,
+}
+
+/// What is right for a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Right {
+    /// This, bit for bit.
+    Is(f32),
+    /// It is not the plane that says it: see `edges`.
+    Across,
+    /// No promise.
+    Anything,
 }
 
 impl Plane {
@@ -74,7 +86,7 @@ impl Plane {
         let [a, b, c] = triple.map(|i| &points[i]);
         let determinant = dot(a, &cross(b, c));
         let adjugate = [cross(b, c), cross(c, a), cross(a, b)];
-        let flat = points.len() == 3 || is_flat(&points, &adjugate, &determinant);
+        let flat = points.len() == 3 || is_flat(&positions, triple);
         let mut clipped = clipper::clip(poly, &clipper::planes(viewport));
         clipped.retain(|corner| corner.position[3] != Q::ZERO);
         let mut inv_w: Vec<Q> = clipped.iter().map(|c| Q::ONE / &c.position[3]).collect();
@@ -86,13 +98,10 @@ impl Plane {
             determinant,
             adjugate,
             flat,
-            depth_affine: false,
             attributes: Vec::new(),
             clipped,
             inv_w_range: range(&inv_w),
         };
-        let z: Vec<Q> = plane.positions.iter().map(|p| p[2].clone()).collect();
-        plane.depth_affine = plane.is_affine(&z, false);
         for k in 0..poly.attributes[0].len() {
             let given: Vec<f32> = poly.attributes.iter().map(|a| a[k]).collect();
             let mode = listed.get(k).copied().unwrap_or_default();
@@ -121,35 +130,33 @@ impl Plane {
             return Attribute::Same(CANONICAL_NAN);
         }
         if given.iter().any(|s| s.is_infinite()) {
-            return Attribute::Other;
+            return Attribute::Undefined;
         }
         let values: Vec<Q> = given.iter().map(|s| q(f64::from(*s))).collect();
-        let linear = mode == Interpolation::NoPerspective;
-        let in_front = self.positions.iter().all(|p| p[3] > Q::ZERO);
-        if linear && (!in_front || self.is_edge_on()) || !self.is_affine(&values, linear) {
-            return Attribute::Other;
+        let affine = match mode {
+            Interpolation::NoPerspective => {
+                // In the framebuffer, if all of the polygon lies in front of the eye.
+                let in_front = self.positions.iter().all(|p| p[3] > Q::ZERO);
+                let place = |[x, y, _, w]: &[Q; 4]| [x / w, y / w, Q::ONE];
+                in_front && self.is_affine(&values, place)
+            }
+            _ => self.flat && self.is_affine(&values, in_plane),
+        };
+        if !affine {
+            return Attribute::Across;
         }
+        let linear = mode == Interpolation::NoPerspective;
         Attribute::Affine { range: range(&values), values, linear }
     }
 
-    /// Do the values at the vertices belong to an affine function on the plane (or, if `linear`,
-    /// in the framebuffer)? Every one must lie within 2^-10 of their range from the function
-    /// through the triple.
-    fn is_affine(&self, values: &[Q], linear: bool) -> bool {
-        if !self.flat || values.len() == 3 || self.is_edge_on() {
-            return self.flat;
-        }
+    /// Do the values at the vertices, which lie at `place`, belong to an affine function? Every
+    /// one must lie within 2^-10 of their range from the function through the triple.
+    fn is_affine(&self, values: &[Q], place: impl Fn(&[Q; 4]) -> Vector) -> bool {
+        let points: Vec<Vector> = self.positions.iter().map(place).collect();
         let (low, high) = range(values);
         let tolerance = power_of_two(-10) * (high - low);
-        self.positions.iter().zip(values).all(|(p, value)| {
-            let [x, y, w] = in_plane(p);
-            let weights = if linear {
-                self.in_framebuffer(&self.weights(&[x / &w, y / &w, Q::ONE]))
-            } else {
-                self.weights(&[x, y, w])
-            };
-            magnitude(self.sum(&weights, values) - value) <= tolerance
-        })
+        let off = |i: usize| Some(deviation(&points, self.triple, values, i)?.0);
+        points.len() == 3 || (0..points.len()).all(|i| off(i).is_none_or(|off| off <= tolerance))
     }
 
     /// M^-1 p.
@@ -224,20 +231,40 @@ fn choose(poly: &Poly, points: &[Vector]) -> [usize; 3] {
     [a, b, c]
 }
 
-/// Is every vertex within 2^-10 of the diameter of the plane through the triple?
-fn is_flat(points: &[Vector], adjugate: &[Vector; 3], determinant: &Q) -> bool {
-    let normal = [0, 1, 2].map(|i| &adjugate[0][i] + &adjugate[1][i] + &adjugate[2][i]);
-    let diagonal = [0, 1, 2].map(|i| {
-        let (low, high) = range(&points.iter().map(|p| p[i].clone()).collect::<Vec<_>>());
-        high - low
-    });
-    let most = power_of_two(-20) * dot(&diagonal, &diagonal) * dot(&normal, &normal);
-    // The distance times |normal|, squared.
-    let off = |p: &Vector| dot(&normal, p) - determinant;
-    points.iter().all(|p| &off(p) * &off(p) <= most)
+/// By how much the value of vertex `i` is off the affine function through the triple's, and the
+/// square of the vertex's distance from their plane, on which its foot is what counts. Points on
+/// a line have no plane.
+fn deviation(points: &[Vector], triple: [usize; 3], values: &[Q], i: usize) -> Option<(Q, Q)> {
+    let minus = |a: &Vector, b: &Vector| [&a[0] - &b[0], &a[1] - &b[1], &a[2] - &b[2]];
+    let [a, b, c] = triple;
+    let (e, f) = (minus(&points[b], &points[a]), minus(&points[c], &points[a]));
+    let (normal, offset) = (cross(&e, &f), minus(&points[i], &points[a]));
+    let squared = dot(&normal, &normal);
+    if squared == Q::ZERO {
+        return None;
+    }
+    let beta = dot(&normal, &cross(&offset, &f)) / &squared;
+    let gamma = dot(&normal, &cross(&e, &offset)) / &squared;
+    let height = dot(&normal, &offset);
+    let value = beta * (&values[b] - &values[a]) + gamma * (&values[c] - &values[a]) + &values[a];
+    Some((magnitude(value - &values[i]), &height * &height / squared))
 }
 
-/// The right values at one pixel; `None` where the plane does not define them.
+/// Is every vertex within 2^-10 of the diameter of the plane through the triple, and z within as
+/// much of the affine function through theirs?
+fn is_flat(positions: &[[Q; 4]], triple: [usize; 3]) -> bool {
+    let points: Vec<Vector> = positions.iter().map(in_plane).collect();
+    let z: Vec<Q> = positions.iter().map(|p| p[2].clone()).collect();
+    let side = |i: usize| {
+        let (low, high) = range(&positions.iter().map(|p| p[i].clone()).collect::<Vec<_>>());
+        high - low
+    };
+    let most = power_of_two(-20) * sum((0..4).map(|i| side(i) * side(i)));
+    let within = |(off, distance): (Q, Q)| &off * &off <= most && distance <= most;
+    (0..points.len()).all(|i| deviation(&points, triple, &z, i).is_none_or(within))
+}
+
+/// The right values at one pixel.
 pub(crate) struct At<'a> {
     plane: &'a Plane,
     place: Place<'a>,
@@ -251,54 +278,66 @@ enum Place<'a> {
 }
 
 impl At<'_> {
-    fn exact_inv_w(&self) -> Option<Q> {
+    fn exact_inv_w(&self) -> Q {
         let inv_w = match &self.place {
             Place::Weights(l) => &l[0] + &l[1] + &l[2],
             Place::Corner(corner) => Q::ONE / &corner.position[3],
         };
-        self.plane.flat.then(|| clamp(inv_w, &self.plane.inv_w_range))
+        clamp(inv_w, &self.plane.inv_w_range)
+    }
+
+    /// What is interpolated on the plane itself.
+    fn if_flat(&self, value: impl FnOnce() -> Q) -> Right {
+        if self.plane.flat { Right::Is(round_to_f32(&value())) } else { Right::Across }
     }
 
     /// 1/w.
-    pub(crate) fn inv_w(&self) -> Option<f32> {
-        Some(round_to_f32(&self.exact_inv_w()?))
+    pub(crate) fn inv_w(&self) -> Right {
+        self.if_flat(|| self.exact_inv_w())
     }
 
     /// w.
-    pub(crate) fn w(&self) -> Option<f32> {
-        Some(round_to_f32(&(Q::ONE / self.exact_inv_w()?)))
+    pub(crate) fn w(&self) -> Right {
+        self.if_flat(|| Q::ONE / self.exact_inv_w())
     }
 
     /// z/w, or (z/w + 1)/2.
-    pub(crate) fn depth(&self) -> Option<f32> {
-        if !self.plane.depth_affine {
-            return None;
-        }
-        let numerator = |p: &[Q; 4]| match self.plane.viewport.depth_range() {
-            DepthRange::ZeroToOne => p[2].clone(),
-            DepthRange::MinusOneToOne => (&p[2] + &p[3]) / q(2.0),
-        };
-        let values: Vec<Q> = self.plane.positions.iter().map(numerator).collect();
-        let depth = match &self.place {
-            Place::Weights(l) => self.plane.sum(l, &values),
-            Place::Corner(corner) => numerator(&corner.position) / &corner.position[3],
-        };
-        Some(round_to_f32(&clamp(depth, &(Q::ZERO, Q::ONE))))
+    pub(crate) fn depth(&self) -> Right {
+        let range = self.plane.viewport.depth_range();
+        self.if_flat(|| {
+            let values: Vec<Q> =
+                self.plane.positions.iter().map(|p| depth_numerator(range, p)).collect();
+            let depth = match &self.place {
+                Place::Weights(l) => self.plane.sum(l, &values),
+                Place::Corner(corner) => {
+                    depth_numerator(range, &corner.position) / &corner.position[3]
+                }
+            };
+            clamp(depth, &(Q::ZERO, Q::ONE))
+        })
     }
 
     /// Attribute `k`.
-    pub(crate) fn attribute(&self, k: usize) -> Option<f32> {
+    pub(crate) fn attribute(&self, k: usize) -> Right {
         let (values, range, linear) = match &self.plane.attributes[k] {
-            Attribute::Same(value) => return Some(*value),
-            Attribute::Other => return None,
+            Attribute::Same(value) => return Right::Is(*value),
+            Attribute::Across => return Right::Across,
+            Attribute::Undefined => return Right::Anything,
             Attribute::Affine { values, range, linear } => (values, range, *linear),
         };
         let mean = match &self.place {
             Place::Weights(l) if linear => self.plane.sum(&self.plane.in_framebuffer(l), values),
             Place::Weights(l) => self.plane.sum(l, values) / (&l[0] + &l[1] + &l[2]),
-            Place::Corner(_) if linear => return None,
-            Place::Corner(corner) => corner.mean(values),
+            Place::Corner(corner) => corner.mean(values, linear),
         };
-        Some(round_to_f32(&clamp(mean, range)))
+        Right::Is(round_to_f32(&clamp(mean, range)))
+    }
+}
+
+/// What depth is times w.
+pub(crate) fn depth_numerator(range: DepthRange, [_, _, z, w]: &[Q; 4]) -> Q {
+    match range {
+        DepthRange::ZeroToOne => z.clone(),
+        DepthRange::MinusOneToOne => (z + w) / q(2.0),
     }
 }

@@ -280,9 +280,10 @@ pub(crate) fn clipped_polygons() -> impl Strategy<Value = (View, Poly)> {
 /// screen and out of it.
 pub(crate) fn loose_polygons() -> impl Strategy<Value = (View, Poly)> {
     let coordinate = || prop_oneof![4 => -1.5..1.5_f64, 1 => -100.0..100.0];
-    let vertex = ([coordinate(), coordinate(), coordinate(), coordinate()], any::<bool>());
+    let behind = prop::bool::weighted(0.1);
+    let vertex = ([coordinate(), coordinate(), coordinate(), coordinate()], behind);
     let attributes = prop::collection::vec(-9.0..9.0_f32, 3);
-    let vertices = prop::collection::vec((vertex, attributes), 3..=8);
+    let vertices = prop::collection::vec((vertex, attributes), 3..=5);
     let modes = prop::collection::vec(varying().prop_map(|v| v.mode), 3);
     let side = || prop_oneof![1..40_u32, Just(64)];
     (vertices, modes, side(), side()).prop_map(|(vertices, interpolation, w, h)| {
