@@ -7,7 +7,7 @@ use crate::aov::Aov;
 use crate::failure::Failure;
 use crate::flags::Crop;
 use crate::memory;
-use crate::shaders::Overdraw;
+use crate::shaders::Coverage;
 
 /// A target that stores nothing, but has a size: for shaders that store by themselves.
 #[derive(Clone, Copy, Debug)]
@@ -186,9 +186,9 @@ impl Canvas {
 
     /// What counts how often each pixel is covered, if that is wanted. It goes with a pass
     /// without depth test.
-    pub(crate) fn overdraw(&mut self) -> Option<Overdraw<'_>> {
+    pub(crate) fn overdraw(&mut self) -> Option<Coverage<'_>> {
         match &mut self.overdraw.as_mut()?.values {
-            Values::Integers(counts) => Some(Overdraw::new(self.crop, counts)),
+            Values::Integers(counts) => Some(Coverage { counts: Some((self.crop, counts)) }),
             Values::Floats(_) => None,
         }
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
+use hyperspan::simd::Simd;
 use hyperspan::space::Viewport;
 use hyperspan::tiler::Precision;
 
@@ -180,6 +181,28 @@ impl PrecisionFlag {
     }
 }
 
+/// `--simd`: a level that this machine has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SimdFlag {
+    /// Its name; not `auto`, but what that came to.
+    pub(crate) name: &'static str,
+    /// As the library calls it.
+    pub(crate) simd: Simd,
+}
+
+fn simd(text: &str) -> Result<SimdFlag, String> {
+    let Some(name) = Simd::NAMES.into_iter().find(|name| *name == text) else {
+        return Err(format!("there is no such level; choose one of {}", Simd::NAMES.join(", ")));
+    };
+    // From the narrowest to the widest.
+    let all = || Simd::all().map(|(name, simd)| SimdFlag { name, simd });
+    let found = if name == "auto" { all().last() } else { all().find(|flag| flag.name == name) };
+    found.ok_or_else(|| {
+        let names: Vec<&str> = all().map(|flag| flag.name).collect();
+        format!("this machine does not have it; it has {}", names.join(", "))
+    })
+}
+
 /// What `render` and `tile` have in common.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct DrawFlags {
@@ -202,6 +225,11 @@ pub(crate) struct DrawFlags {
     /// Threads; 0 is all that can be used, which is one in this version.
     #[arg(long, value_name = "N", default_value = "0", value_parser = threads, allow_hyphen_values = true)]
     threads: u32,
+
+    /// Instructions to draw with: auto (the widest), scalar, sse2, sse4.2, avx2, avx512, neon or
+    /// wasm, if the machine has them; the picture is the same.
+    #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = simd)]
+    pub(crate) simd: SimdFlag,
 
     /// Draws the frame so often, for timing.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000), allow_hyphen_values = true)]

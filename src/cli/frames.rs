@@ -8,7 +8,7 @@ use hyperspan::stats::Stats;
 use serde_json::json;
 
 use crate::failure::{Failure, Place, warn};
-use crate::flags::PrecisionFlag;
+use crate::flags::{DrawFlags, PrecisionFlag};
 use crate::progress::Progress;
 
 /// What frames took, and what the last one counted.
@@ -51,7 +51,7 @@ impl Timings {
     }
 
     /// The object that `--stats` writes.
-    pub(crate) fn json(&self, precision: PrecisionFlag) -> String {
+    pub(crate) fn json(&self, flags: &DrawFlags) -> String {
         let ms = |i: usize| self.sorted.get(i).map_or(0.0, |time| time.as_secs_f64() * 1e3);
         let n = self.sorted.len();
         // Of an even number of frames the mean of the middle two.
@@ -62,8 +62,8 @@ impl Timings {
             "min_ms": ms(0),
             "median_ms": median,
             "threads": 1,
-            "simd": "scalar",
-            "precision": match precision {
+            "simd": flags.simd.name,
+            "precision": match flags.precision {
                 PrecisionFlag::Fast => "fast",
                 PrecisionFlag::Exact => "exact",
             },

@@ -111,6 +111,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
             CullFlag::Back => Cull::Back,
         },
         precision: args.draw.precision.precision(),
+        simd: args.draw.simd.simd,
         lit,
     };
     let mut scene = Scene::new(&model, camera, options)?;

@@ -54,7 +54,7 @@ pub(crate) fn write(
         })?;
     }
     if let Some(sink) = &flags.stats {
-        let json = timings.json(flags.precision);
+        let json = timings.json(flags);
         staged.add(sink, |out| {
             out.write_all(json.as_bytes())
                 .map_err(|e| Failure::new(format!("cannot write the counts: {e}")))

@@ -7,6 +7,7 @@ use glam::DVec3;
 use hyperspan::camera::transform;
 use hyperspan::depth::DepthTest;
 use hyperspan::polygon::Polygon;
+use hyperspan::simd::Simd;
 use hyperspan::space::Viewport;
 use hyperspan::stats::Stats;
 use hyperspan::target::Plane;
@@ -18,7 +19,7 @@ use crate::canvas::Canvas;
 use crate::failure::Failure;
 use crate::model::{Lit, Look, Model, Piece, Run};
 use crate::progress::Progress;
-use crate::shaders::{Coverage, Data, Layout, Picture};
+use crate::shaders::{Coverage, Data, Layout, Picture, Reads};
 use crate::surface::{LitTexture, Plain, Shaded, Surface, Textured, light_piece};
 use crate::tally::FaceTally;
 
@@ -29,6 +30,8 @@ pub(crate) struct Options {
     pub(crate) cull: Cull,
     /// How good attributes are.
     pub(crate) precision: Precision,
+    /// Which instructions the loops are made of.
+    pub(crate) simd: Simd,
     /// Which faces are lit.
     pub(crate) lit: Lit,
 }
@@ -54,14 +57,13 @@ impl<'a> Scene<'a> {
         let viewport = Viewport::new(0, 0, camera.size.width, camera.size.height)?;
         let any_lit = model.runs.iter().any(|run| model.is_lit(run.look, options.lit));
         let mut tiler = Tiler::new(viewport);
-        tiler.set_cull(options.cull).set_precision(options.precision).set_depth_test(match camera
-            .depth
-        {
+        tiler.set_cull(options.cull).set_precision(options.precision).set_simd(options.simd);
+        tiler.set_depth_test(match camera.depth {
             DepthFlag::Reversed => DepthTest::REVERSED,
             DepthFlag::Standard => DepthTest::STANDARD,
         });
         let mut counter = Tiler::new(viewport);
-        counter.set_cull(options.cull);
+        counter.set_cull(options.cull).set_simd(options.simd);
         Ok(Self {
             model,
             camera,
@@ -106,8 +108,8 @@ impl<'a> Scene<'a> {
         if let Some(mut shader) = canvas.overdraw() {
             counter.set_origin(x, y);
             for piece in &model.pieces {
-                let polygon = PiecePolygon::new(model, clip, *piece, &());
-                counter.draw(&polygon, &mut shader, &mut extent, None);
+                let polygon: &dyn Polygon = &PiecePolygon::new(model, clip, *piece, &());
+                counter.draw(polygon, &mut shader, &mut extent, None);
             }
             stats.peak_bytes = stats.peak_bytes.max(counter.stats().peak_bytes);
         }
@@ -126,67 +128,88 @@ struct Frame<'f> {
 }
 
 impl Frame<'_> {
-    /// Chooses the surface of `run`. `light` is empty if it is not lit.
+    /// Draws `run`: chooses its surface, and the loop. `light` is empty if it is not lit.
     fn draw_run(&mut self, run: &Run, light: &[f32]) -> Result<(), Failure> {
         let Model { colors, uvs, corners, materials, .. } = self.model;
         let diffuse = materials[run.look.material].diffuse;
         if !self.canvas.has_color() {
             return self.draw(run, &Plain { diffuse });
         }
-        if let Some(texture) = self.model.texture(run.look) {
-            let textured = Textured { texture, uvs, indices: &corners.uv };
-            return if light.is_empty() {
-                self.draw(run, &textured)
-            } else {
-                self.draw(run, &LitTexture { textured, light })
-            };
+        let texture = self.model.texture(run.look);
+        let textured = texture.map(|texture| Textured { texture, uvs, indices: &corners.uv });
+        match textured {
+            Some(textured) if light.is_empty() => self.draw(run, &textured),
+            Some(textured) => self.draw_data(run, &LitTexture { textured, light }, 3),
+            None if light.is_empty() && colors.is_empty() => self.draw(run, &Plain { diffuse }),
+            None => {
+                let positions = &corners.position;
+                self.draw(run, &Shaded { diffuse, colors, light, positions })
+            }
         }
-        if light.is_empty() && colors.is_empty() {
-            return self.draw(run, &Plain { diffuse });
-        }
-        self.draw(run, &Shaded { diffuse, colors, light, positions: &corners.position })
     }
 
-    /// Draws `run`: straight into the picture if that is all that is wanted.
-    fn draw<S: Surface>(&mut self, run: &Run, surface: &S) -> Result<(), Failure> {
+    /// Draws `run` in the quickest way for what is wanted.
+    fn draw<S: Surface + Reads>(&mut self, run: &Run, surface: &S) -> Result<(), Failure> {
+        if self.canvas.has_data() {
+            return self.draw_data(run, surface, S::ATTRIBUTES);
+        }
         let Self { model, clip, tiler, canvas, tally, progress } = self;
-        let (width, height) = (canvas.crop.width, canvas.crop.height);
         let mut extent = canvas.extent();
-        let (extras, layout) = extras(model, run.look, canvas, S::ATTRIBUTES);
-        let has_data = canvas.has_data();
+        let (width, height) = (extent.width, extent.height);
         let (depth, planes) = canvas.split();
         let mut depth = depth.map(|depth| Plane::new(depth, width, height)).transpose()?;
-        let mut step = |tiler: &Tiler, i: usize| {
-            const PROGRESS_PIECES: usize = 1 << 10;
-            if i.is_multiple_of(PROGRESS_PIECES) {
-                progress.set(i as u64, model.pieces.len() as u64);
-            }
-            tally.before(tiler, &model.pieces, i);
-            model.pieces[i]
-        };
-        if has_data {
-            let mut shader = Data { colour: surface, layout, id: 0, planes };
-            for i in run.pieces.clone() {
-                let piece = step(tiler, i);
-                shader.id = piece.face;
-                let vertices = WithExtras { surface, model, extras: &extras, face: piece.face };
-                let polygon = PiecePolygon::new(model, clip, piece, &vertices);
-                tiler.draw(&polygon, &mut shader, &mut extent, depth.as_mut());
-            }
-        } else if let Some(picture) = planes.picture {
+        if let Some(picture) = planes.picture {
             let mut target = Plane::new(picture, width, height)?;
             for i in run.pieces.clone() {
-                let polygon = PiecePolygon::new(model, clip, step(tiler, i), surface);
+                let piece = next(model, i, tiler, tally, progress);
+                let polygon = PiecePolygon::new(model, clip, piece, surface);
                 tiler.draw(&polygon, &mut Picture(surface), &mut target, depth.as_mut());
             }
         } else {
             for i in run.pieces.clone() {
-                let polygon = PiecePolygon::new(model, clip, step(tiler, i), &());
-                tiler.draw(&polygon, &mut Coverage, &mut extent, depth.as_mut());
+                let piece = next(model, i, tiler, tally, progress);
+                let polygon: &dyn Polygon = &PiecePolygon::new(model, clip, piece, &());
+                tiler.draw(polygon, &mut Coverage::default(), &mut extent, depth.as_mut());
             }
         }
         Ok(())
     }
+
+    /// Draws `run` into all planes. The surface has `read` attributes.
+    fn draw_data(&mut self, run: &Run, surface: &dyn Surface, read: usize) -> Result<(), Failure> {
+        let Self { model, clip, tiler, canvas, tally, progress } = self;
+        let (extras, layout) = extras(model, run.look, canvas, read);
+        let mut extent = canvas.extent();
+        let (depth, planes) = canvas.split();
+        let mut depth =
+            depth.map(|depth| Plane::new(depth, extent.width, extent.height)).transpose()?;
+        let mut shader = Data { colour: surface, layout, id: 0, planes };
+        for i in run.pieces.clone() {
+            let piece = next(model, i, tiler, tally, progress);
+            shader.id = piece.face;
+            let vertices = WithExtras { surface, read, model, extras: &extras, face: piece.face };
+            let polygon: &dyn Polygon = &PiecePolygon::new(model, clip, piece, &vertices);
+            tiler.draw(polygon, &mut shader, &mut extent, depth.as_mut());
+        }
+        Ok(())
+    }
+}
+
+/// Piece `i`, which is going to be drawn.
+#[inline]
+fn next(
+    model: &Model,
+    i: usize,
+    tiler: &Tiler,
+    tally: &mut FaceTally,
+    progress: &mut Progress,
+) -> Piece {
+    const PROGRESS_PIECES: usize = 1 << 10;
+    if i.is_multiple_of(PROGRESS_PIECES) {
+        progress.set(i as u64, model.pieces.len() as u64);
+    }
+    tally.before(tiler, &model.pieces, i);
+    model.pieces[i]
 }
 
 /// The attributes of a model's corners, as some pass wants them.
@@ -207,7 +230,7 @@ impl Vertices for () {
     }
 }
 
-impl<S: Surface> Vertices for S {
+impl<S: Surface + Reads> Vertices for S {
     #[inline]
     fn count(&self) -> usize {
         S::ATTRIBUTES
@@ -220,8 +243,10 @@ impl<S: Surface> Vertices for S {
 }
 
 /// A surface's attributes, and behind them those that only data asks for.
-struct WithExtras<'a, S> {
-    surface: &'a S,
+struct WithExtras<'a> {
+    surface: &'a dyn Surface,
+    /// How many attributes the surface has.
+    read: usize,
     model: &'a Model,
     extras: &'a [Extra],
     /// The face that is being drawn.
@@ -259,16 +284,16 @@ fn extras(model: &Model, look: Look, canvas: &Canvas, first: usize) -> (Vec<Extr
     (all, layout)
 }
 
-impl<S: Surface> Vertices for WithExtras<'_, S> {
+impl Vertices for WithExtras<'_> {
     #[inline]
     fn count(&self) -> usize {
-        S::ATTRIBUTES + self.extras.len()
+        self.read + self.extras.len()
     }
 
     #[inline]
     fn attribute(&self, corner: usize, k: usize) -> f32 {
-        let Some(extra) = k.checked_sub(S::ATTRIBUTES) else {
-            return Surface::attribute(self.surface, corner, k);
+        let Some(extra) = k.checked_sub(self.read) else {
+            return self.surface.attribute(corner, k);
         };
         let Model { positions, uvs, normals, corners, face_normals, .. } = self.model;
         match self.extras[extra] {

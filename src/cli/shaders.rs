@@ -1,8 +1,11 @@
 //! The shaders that fill a canvas.
 //!
-//! A picture alone goes through [`Picture`], straight into rows of RGBA8. As soon as data is
-//! asked for, [`Data`] writes every plane itself, from one pass; [`Coverage`] does where depth
-//! is all that is wanted. Where colours come from is the caller's [`Colour`].
+//! [`Picture`] writes a picture and nothing else, straight into rows of RGBA8: the fast way.
+//! [`Data`] writes every plane itself, the picture too, from one pass; [`Coverage`] does where
+//! no plane needs values. Where colours come from is the caller's [`Colour`].
+//!
+//! Each pair of a polygon's type and a shader is a loop of its own, times the instruction sets.
+//! So only what is drawn most has a [`Picture`] of its own, and all else is [`Data`].
 
 use hyperspan::shade::{BLOCK, Block, Inputs, Shader, unorm8};
 use hyperspan::varying::CANONICAL_NAN;
@@ -13,9 +16,6 @@ use crate::flags::Crop;
 
 /// The colour of a pixel, out of its attributes. Covered pixels are opaque.
 pub(crate) trait Colour {
-    /// How many attributes it reads: the first ones.
-    const ATTRIBUTES: usize;
-
     /// Red, green and blue of `lane`.
     fn rgb(&self, attributes: &[[f32; BLOCK]], lane: usize) -> [f32; 3];
 
@@ -30,31 +30,23 @@ pub(crate) trait Colour {
     }
 }
 
+/// What a loop is compiled for.
+pub(crate) trait Reads {
+    /// How many attributes a colour is made of: the first ones.
+    const ATTRIBUTES: usize;
+}
+
 /// Colours into a target of RGBA8.
 #[derive(Debug)]
 pub(crate) struct Picture<'a, C>(pub(crate) &'a C);
 
-impl<C: Colour> Shader for Picture<'_, C> {
+impl<C: Colour + Reads> Shader for Picture<'_, C> {
     type Pixel = [u8; 4];
     const INPUTS: Inputs = Inputs::attributes(C::ATTRIBUTES);
 
     #[inline]
     fn shade(&mut self, block: &Block<'_>, out: &mut [[u8; 4]; BLOCK]) -> u16 {
         self.0.rgba8(block.attributes, block.mask, out);
-        block.mask
-    }
-}
-
-/// Nothing but the depth test.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Coverage;
-
-impl Shader for Coverage {
-    type Pixel = ();
-    const INPUTS: Inputs = Inputs::COVERAGE;
-
-    #[inline]
-    fn shade(&mut self, block: &Block<'_>, _out: &mut [(); BLOCK]) -> u16 {
         block.mask
     }
 }
@@ -71,10 +63,9 @@ pub(crate) struct Layout {
 }
 
 /// Writes all planes of data, and the picture if there is one.
-#[derive(Debug)]
-pub(crate) struct Data<'a, C> {
+pub(crate) struct Data<'a> {
     /// Where colours come from.
-    pub(crate) colour: &'a C,
+    pub(crate) colour: &'a dyn Colour,
     /// Where the other attributes are.
     pub(crate) layout: Layout,
     /// The polygon's number.
@@ -83,7 +74,7 @@ pub(crate) struct Data<'a, C> {
     pub(crate) planes: Planes<'a>,
 }
 
-impl<C: Colour> Shader for Data<'_, C> {
+impl Shader for Data<'_> {
     type Pixel = ();
 
     #[inline]
@@ -130,30 +121,26 @@ impl<C: Colour> Shader for Data<'_, C> {
     }
 }
 
-/// Counts how often each pixel is covered.
-#[derive(Debug)]
-pub(crate) struct Overdraw<'a> {
-    crop: Crop,
-    counts: &'a mut [u32],
+/// Nothing but the depth test; or, without one, how often each pixel is covered.
+#[derive(Debug, Default)]
+pub(crate) struct Coverage<'a> {
+    /// Counts for the pixels of a rectangle, row after row.
+    pub(crate) counts: Option<(Crop, &'a mut [u32])>,
 }
 
-impl<'a> Overdraw<'a> {
-    /// Counts for the pixels of `crop`, row after row.
-    pub(crate) fn new(crop: Crop, counts: &'a mut [u32]) -> Self {
-        Self { crop, counts }
-    }
-}
-
-impl Shader for Overdraw<'_> {
+impl Shader for Coverage<'_> {
     type Pixel = ();
     const INPUTS: Inputs = Inputs::COVERAGE;
 
     #[inline]
     fn shade(&mut self, block: &Block<'_>, _out: &mut [(); BLOCK]) -> u16 {
-        let Some(start) = self.crop.block_start(block) else { return 0 };
-        for lane in lanes(block.mask) {
-            let count = &mut self.counts[start.index(lane)];
-            *count = count.saturating_add(1);
+        if let Some((crop, counts)) = &mut self.counts
+            && let Some(start) = crop.block_start(block)
+        {
+            for lane in lanes(block.mask) {
+                let count = &mut counts[start.index(lane)];
+                *count = count.saturating_add(1);
+            }
         }
         block.mask
     }

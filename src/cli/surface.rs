@@ -1,6 +1,6 @@
 //! How faces look: which attributes they need at their vertices, and what a pixel's colour is.
 //!
-//! One type for each kind, so that each is compiled into a loop of its own. Unlit: the texel,
+//! One type for each kind, so that it can be compiled into a loop of its own. Unlit: the texel,
 //! else (vertex colour or white) times `Kd`. Lit: the same times the light at the vertices
 //! (Gouraud).
 
@@ -10,10 +10,9 @@ use hyperspan::texture::Texture;
 
 use crate::camera::Camera;
 use crate::model::{Look, Model, Piece};
-use crate::shaders::{Colour, lanes};
+use crate::shaders::{Colour, Reads, lanes};
 
-/// A kind of look: the vertices' side of it; a pixel's is [`Colour`]. It has
-/// `Colour::ATTRIBUTES` attributes.
+/// A kind of look: the vertices' side of it; a pixel's is [`Colour`].
 pub(crate) trait Surface: Colour {
     /// Attribute `k` at corner `corner` of the model.
     fn attribute(&self, corner: usize, k: usize) -> f32;
@@ -26,9 +25,11 @@ pub(crate) struct Plain {
     pub(crate) diffuse: [f32; 3],
 }
 
-impl Colour for Plain {
+impl Reads for Plain {
     const ATTRIBUTES: usize = 0;
+}
 
+impl Colour for Plain {
     #[inline]
     fn rgb(&self, _attributes: &[[f32; BLOCK]], _lane: usize) -> [f32; 3] {
         self.diffuse
@@ -55,9 +56,11 @@ pub(crate) struct Shaded<'a> {
     pub(crate) positions: &'a [u32],
 }
 
-impl Colour for Shaded<'_> {
+impl Reads for Shaded<'_> {
     const ATTRIBUTES: usize = 3;
+}
 
+impl Colour for Shaded<'_> {
     #[inline]
     fn rgb(&self, attributes: &[[f32; BLOCK]], lane: usize) -> [f32; 3] {
         let [r, g, b] = self.diffuse;
@@ -92,9 +95,11 @@ impl Textured<'_> {
     }
 }
 
-impl Colour for Textured<'_> {
+impl Reads for Textured<'_> {
     const ATTRIBUTES: usize = 2;
+}
 
+impl Colour for Textured<'_> {
     #[inline]
     fn rgb(&self, attributes: &[[f32; BLOCK]], lane: usize) -> [f32; 3] {
         self.texel(attributes, lane).map(|byte| f32::from(byte) / 255.0)
@@ -122,7 +127,7 @@ impl Surface for Textured<'_> {
     }
 }
 
-/// A texture, lit at the vertices.
+/// A texture, lit at the vertices: three attributes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LitTexture<'a> {
     /// Without the light.
@@ -132,8 +137,6 @@ pub(crate) struct LitTexture<'a> {
 }
 
 impl Colour for LitTexture<'_> {
-    const ATTRIBUTES: usize = 3;
-
     #[inline]
     fn rgb(&self, attributes: &[[f32; BLOCK]], lane: usize) -> [f32; 3] {
         self.textured.rgb(attributes, lane).map(|part| part * attributes[2][lane])

@@ -1,11 +1,12 @@
 //! `hyperspan tile`: polygons in clip space to a picture, and to data. What the library does
 //! with a polygon can be seen here, without a camera or a model around it.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use hyperspan::depth::DepthTest;
-use hyperspan::polygon::Strided;
+use hyperspan::polygon::{Polygon, Strided};
 use hyperspan::shade::BLOCK;
 use hyperspan::space::Viewport;
 use hyperspan::stats::Stats;
@@ -20,7 +21,7 @@ use crate::frames::Timings;
 use crate::poly::{self, PolyFile};
 use crate::progress::Progress;
 use crate::results;
-use crate::shaders::{Colour, Coverage, Data, Layout, Picture};
+use crate::shaders::{Colour, Coverage, Data, Layout};
 use crate::text::Lines;
 
 /// Draws polygons given in clip space.
@@ -86,11 +87,12 @@ pub(crate) fn run(args: &TileArgs) -> Result<(), Failure> {
         Viewport::new(0, 0, args.size.width, args.size.height)?.with_depth_range(file.depth_range);
     let mut tilers = Tilers { tiler: Tiler::new(viewport), counter: Tiler::new(viewport) };
     let (x, y) = crop.origin();
-    tilers.counter.set_origin(x, y);
+    tilers.counter.set_origin(x, y).set_simd(args.draw.simd.simd);
     tilers
         .tiler
         .set_origin(x, y)
         .set_precision(args.draw.precision.precision())
+        .set_simd(args.draw.simd.simd)
         .set_interpolation(&file.interpolation)
         .set_depth_test(match args.depth {
             DepthFlag::Reversed => DepthTest::REVERSED,
@@ -115,8 +117,6 @@ fn read(path: &Path) -> Result<PolyFile, Failure> {
 struct FirstThree;
 
 impl Colour for FirstThree {
-    const ATTRIBUTES: usize = 3;
-
     #[inline]
     fn rgb(&self, attributes: &[[f32; BLOCK]], lane: usize) -> [f32; 3] {
         [0, 1, 2].map(|k| attributes.get(k).map_or(1.0, |lanes| lanes[lane]))
@@ -145,7 +145,8 @@ fn draw(
     tiler.reset_stats();
     let all = file.polygons().len() as u64;
     let mut extent = canvas.extent();
-    let has_data = canvas.has_data();
+    let has_values = canvas.has_data() || canvas.has_color();
+    let wants_attributes = canvas.wants(Aov::Attr);
     let (depth, planes) = canvas.split();
     let mut depth =
         depth.map(|depth| Plane::new(depth, extent.width, extent.height)).transpose()?;
@@ -155,27 +156,24 @@ fn draw(
         }
     });
     let n = file.attribute_count;
-    let polygon = |vertices: std::ops::Range<usize>| {
+    // What nobody looks at is not interpolated.
+    let read = if wants_attributes { n } else { n.min(3) };
+    let polygon = |vertices: Range<usize>| {
         let attributes = &file.attributes[vertices.start * n..vertices.end * n];
-        Strided::new(&file.positions[vertices], attributes, n, n)
+        Strided::new(&file.positions[vertices], attributes, n, read)
     };
-    if has_data {
-        let colour = &FirstThree;
-        let mut shader = Data { colour, layout: Layout::default(), id: 0, planes };
+    if has_values {
+        let mut shader = Data { colour: &FirstThree, layout: Layout::default(), id: 0, planes };
         for (i, vertices) in polygons {
             // More polygons than ids: they would fill more memory than there is.
             shader.id = u32::try_from(i).unwrap_or(u32::MAX);
-            tiler.draw(&polygon(vertices)?, &mut shader, &mut extent, depth.as_mut());
-        }
-    } else if let Some(picture) = planes.picture {
-        let mut target = Plane::new(picture, extent.width, extent.height)?;
-        for (_, vertices) in polygons {
-            let mut shader = Picture(&FirstThree);
-            tiler.draw(&polygon(vertices)?, &mut shader, &mut target, depth.as_mut());
+            let polygon: &dyn Polygon = &polygon(vertices)?;
+            tiler.draw(polygon, &mut shader, &mut extent, depth.as_mut());
         }
     } else {
         for (_, vertices) in polygons {
-            tiler.draw(&polygon(vertices)?, &mut Coverage, &mut extent, depth.as_mut());
+            let polygon: &dyn Polygon = &polygon(vertices)?;
+            tiler.draw(polygon, &mut Coverage::default(), &mut extent, depth.as_mut());
         }
     }
     let mut stats = tiler.stats();
@@ -183,7 +181,8 @@ fn draw(
     // How often a pixel is covered does not depend on what hides it.
     if let Some(mut shader) = canvas.overdraw() {
         for vertices in file.polygons() {
-            counter.draw(&polygon(vertices)?, &mut shader, &mut extent, None);
+            let polygon: &dyn Polygon = &polygon(vertices)?;
+            counter.draw(polygon, &mut shader, &mut extent, None);
         }
         stats.peak_bytes = stats.peak_bytes.max(counter.stats().peak_bytes);
     }

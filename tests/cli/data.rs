@@ -166,6 +166,27 @@ fn data_does_not_depend_on_what_else_is_asked_for() {
 }
 
 #[test]
+fn data_does_not_depend_on_instructions() {
+    let folder = Folder::with(&[("model.obj", SQUARES)]);
+    let levels = ["scalar", "sse2", "sse4.2", "avx2", "avx512", "neon", "wasm"];
+    folder.good(&format!("render model.obj --size 50x40 {ALL} --stats stats.json"));
+    let whole = NAMES.map(|name| folder.read(&format!("{name}.npy")));
+    let widest = folder.json("stats.json")["simd"].clone();
+    let mut drawn = Vec::new();
+    for level in levels {
+        let arguments = format!("render model.obj --size 50x40 {ALL} --simd {level}");
+        if folder.run(&arguments).code == Some(0) {
+            assert_eq!(NAMES.map(|name| folder.read(&format!("{name}.npy"))), whole, "{level}");
+            drawn.push(level);
+        } else {
+            folder.bad(&arguments, "this machine does not have it; it has scalar");
+        }
+    }
+    assert_eq!(drawn.first(), Some(&"scalar"));
+    assert_eq!(drawn.last().copied(), widest.as_str());
+}
+
+#[test]
 fn data_as_pictures_can_be_looked_at() {
     let folder = Folder::with(&[("model.obj", SQUARES), ("t.poly", "0 0 0 1\n")]);
     for name in NAMES {

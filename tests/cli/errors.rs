@@ -1,9 +1,6 @@
 //! Bad usage and bad input: exit code 2, one message that names the file and the line, and no
 //! file that was not there before.
 
-use std::io::Read;
-use std::process::Stdio;
-
 use crate::harness::Folder;
 
 const TRIANGLE: &str = "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n";
@@ -180,7 +177,7 @@ fn bad_usage_says_what_to_do() {
         ("-o out.png --threads many", "whole number"),
         ("-o out.png --repeat 0", "--repeat"),
         ("-o out.png --precision double", "--precision"),
-        ("-o out.png --simd auto", "--simd"),
+        ("-o out.png --simd mmx", "choose one of auto, scalar, sse2"),
         ("-o out.png --no-such-flag", "--no-such-flag"),
         ("-o - --stats -", "cannot both go to standard output"),
         ("--aov id", "NAME=FILE"),
@@ -278,16 +275,11 @@ fn results_reach_devices_and_links() {
 fn a_closed_pipe_is_an_error() {
     let folder = small();
     for arguments in ["render m.obj --size 900x900 --background 1,2,3 -o -", "info m.obj"] {
-        let mut child = folder
-            .command(arguments)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the program starts");
-        drop(child.stdout.take());
-        let mut message = String::new();
-        child.stderr.take().expect("piped").read_to_string(&mut message).expect("UTF-8");
-        assert_eq!(child.wait().expect("it ends").code(), Some(2), "{message}");
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let output = folder.command(arguments).stdout(writer).output().expect("the program starts");
+        let message = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(2), "{message}");
         assert!(message.starts_with("error: cannot write to standard output"), "{message}");
     }
 }
