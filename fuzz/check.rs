@@ -709,6 +709,7 @@ fn winding(polygon: &[[i64; 2]], x: i32, y: i32) -> i32 {
 /// - what is found `Inside` is untouched;
 /// - a triangle leaves at most 3 + planes vertices, and any polygon at most twice as many for
 ///   each plane;
+/// - no vertex that is inside every plane is lost;
 /// - every vertex that is left is inside every plane but for rounding, and its numbers lie in
 ///   their range over the vertices as given, but for rounding;
 /// - the reversed list leaves the same vertices, bit for bit, and so does a rotated one;
@@ -813,10 +814,14 @@ fn vertex(arrays: &VertexArrays, i: usize) -> Vec<f64> {
     [&arrays.position(i), arrays.attributes(i)].concat()
 }
 
-fn sorted(arrays: &VertexArrays) -> Vec<Vec<u64>> {
-    // The sign of a zero is of no account.
+/// The numbers of all vertices; the sign of a zero is of no account.
+fn bits(arrays: &VertexArrays) -> Vec<Vec<u64>> {
     let bits = |i| vertex(arrays, i).into_iter().map(|v| (v + 0.0).to_bits()).collect();
-    let mut all: Vec<Vec<u64>> = (0..arrays.len()).map(bits).collect();
+    (0..arrays.len()).map(bits).collect()
+}
+
+fn sorted(arrays: &VertexArrays) -> Vec<Vec<u64>> {
+    let mut all = bits(arrays);
     all.sort_unstable();
     all
 }
@@ -840,6 +845,16 @@ fn check_cut(viewport: Viewport, planes: &[ClipPlane], shape: &Shape, cut: &Vert
         }
     }
     let given = arrays(shape);
+    let left = sorted(cut);
+    for (i, vertex) in bits(&given).into_iter().enumerate() {
+        let p = given.position(i);
+        let visible = p[0].abs() <= p[3] && p[1].abs() <= p[3];
+        let inside = planes.iter().chain(&[near, far]).all(|plane| {
+            let [x, y, z, w] = terms(plane, p);
+            (x + y) + (z + w) >= 0.0
+        });
+        assert!(!(visible && inside) || left.contains(&vertex), "vertex {i} is lost");
+    }
     for k in 0..5 {
         let column = || (0..given.len()).map(|i| vertex(&given, i)[k]);
         let least = column().fold(f64::INFINITY, f64::min);
