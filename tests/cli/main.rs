@@ -6,5 +6,6 @@ mod data;
 mod errors;
 mod harness;
 mod models;
+mod nasty;
 mod stats;
 mod tile;
