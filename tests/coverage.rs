@@ -12,9 +12,10 @@ use hyperspan::tiler::{Cull, Outcome};
 use oracle::Poly;
 use oracle::clipper::{self, Side};
 use oracle::coverage::{covered, doubled_area, is_unclipped, snapped};
+use oracle::exact::{Q, q, sum};
 use oracle::judge::{self, TOLERANCE};
 use oracle::probe::{self, Sheet, View};
-use oracle::shapes::{self, Scene, Tally, check, in_range, look, scenes, unproject};
+use oracle::shapes::{self, Tally, check, clipped_polygons, in_range, look, scenes, unproject};
 use proptest::prelude::*;
 
 /// Draws an unclipped polygon, and compares with the oracle pixel by pixel.
@@ -32,16 +33,11 @@ fn agrees(view: &View, poly: &Poly, tally: &Tally) -> Result<(), TestCaseError> 
     Ok(())
 }
 
-fn view_of(scene: &Scene) -> View {
-    let interpolation = scene.interpolation.clone();
-    View { viewport: scene.viewport, window: scene.window, interpolation }
-}
-
 #[test]
 fn coverage_of_convex_polygons_is_the_crossing_oracles() {
     let tally = Tally::default();
     let cases = check(file!(), "coverage_of_convex_polygons", 20000, &scenes(6.0), |scene| {
-        agrees(&view_of(&scene), &scene.poly, &tally)
+        agrees(&scene.view(), &scene.poly, &tally)
     });
     tally.report("covered pixels", 30 * cases);
 }
@@ -159,7 +155,7 @@ fn coverage_of_a_fan_is_that_of_its_outline() {
         4000,
         &(scenes(4.0), inner, turns),
         |(scene, inner, turns)| {
-            let (view, poly) = (View { interpolation: vec![], ..view_of(&scene) }, &scene.poly);
+            let (view, poly) = (View { interpolation: vec![], ..scene.view() }, &scene.poly);
             let n = poly.positions.len();
             let sum: f64 = inner[..n].iter().sum();
             let mean = |i: usize| {
@@ -280,8 +276,7 @@ fn coverage_of_a_clipped_net_has_no_crack_and_no_overlap() {
         prop_assert_eq!(twice, None, "drawn twice");
         let corners = clipper::clip(&net.outline(), &clipper::planes(view.viewport));
         let outline = clipper::outline(view.viewport, &corners);
-        let rect = view.visible();
-        for (x, y) in (rect.y0..rect.y1).flat_map(|y| (rect.x0..rect.x1).map(move |x| (x, y))) {
+        for (x, y) in centres(view.visible()) {
             let drawn = counts.contains_key(&(x, y));
             match clipper::side(&outline, x, y, TOLERANCE) {
                 Side::Inside => prop_assert!(drawn, "a crack at {:?}", (x, y)),
@@ -365,6 +360,108 @@ fn coverage_of_giants_is_that_of_the_exact_clipper() {
     });
     clipped.report("clipped triangles in sight", cases / 4);
     pixels.report("pixels", 100 * cases);
+}
+
+/// The planes +d and -d of the user part every polygon that does not lie in the plane: each of
+/// its pixels belongs to exactly one of the parts, and none to two. (A part has new vertices on
+/// the polygon's sides, which are snapped: pixels within the tolerance of a side may go.)
+#[test]
+fn coverage_of_complementary_user_planes_is_a_partition() {
+    let any_plane = [-2.0..2.0, -2.0..2.0, -2.0..2.0, -2.0..2.0_f64];
+    let whole = (-2..=2_i32).prop_map(f64::from);
+    let whole_plane = [whole.clone(), whole.clone(), whole.clone(), whole];
+    let plane = prop_oneof![2 => any_plane, 1 => whole_plane];
+    let flat = prop_oneof![clipped_polygons(), scenes(4.0).prop_map(|s| (s.view(), s.poly))];
+    let (parted, pixels) = (Tally::default(), Tally::default());
+    let strategy = (flat, prop::collection::vec(plane, 1..4));
+    let cases = check(file!(), "coverage_of_user_planes", 6000, &strategy, |(flat, planes)| {
+        let poly = Poly::bare(&flat.1.positions);
+        let view = View { interpolation: Vec::new(), ..flat.0 };
+        let visible = clipper::clip(&poly, &clipper::planes(view.viewport));
+        let outline = clipper::outline(view.viewport, &visible);
+        let distance = |p: &[f64; 4], v: &[f64; 4]| sum((0..4).map(|i| q(p[i]) * q(v[i])));
+        let holds = |p: &[f64; 4]| poly.positions.iter().all(|v| distance(p, v) == Q::ZERO);
+        if area(&outline) < 1.0 || planes.iter().any(holds) {
+            return Ok(());
+        }
+        // All combinations of signs.
+        let mut counts = BTreeMap::new();
+        let mut parts = 0;
+        for signs in 0..1_u32 << planes.len() {
+            let side = |(i, plane): (usize, &[f64; 4])| {
+                let sign = if signs >> i & 1 == 1 { -1.0 } else { 1.0 };
+                plane.map(|c| c * sign)
+            };
+            let sides: Vec<[f64; 4]> = planes.iter().enumerate().map(side).collect();
+            let mut tiler = view.tiler();
+            tiler.set_clip_planes(&sides);
+            let part = probe::draw_with(&mut tiler, &view, &poly).1;
+            parts += usize::from(!part.is_empty());
+            for (y, x) in part.into_keys() {
+                *counts.entry((x, y)).or_insert(0) += 1;
+            }
+        }
+        parted.add(usize::from(parts > 1));
+        pixels.add(counts.len());
+        let wrong = counts.iter().find(|(_, count)| **count != 1);
+        prop_assert_eq!(wrong, None, "drawn twice");
+        for place in centres(view.visible()) {
+            match (clipper::side(&outline, place.0, place.1, TOLERANCE), counts.get(&place)) {
+                (Side::Inside, None) => prop_assert!(false, "a crack at {:?}", place),
+                (Side::Outside, Some(_)) => prop_assert!(false, "too much at {:?}", place),
+                _ => {}
+            }
+        }
+        Ok(())
+    });
+    parted.report("polygons that were parted", cases / 10);
+    pixels.report("their pixels", 30 * cases);
+}
+
+/// Of a polygon in the framebuffer, in pixels.
+fn area(outline: &[[f64; 2]]) -> f64 {
+    let next = |i: usize| outline[(i + 1) % outline.len()];
+    let cross = |(i, a): (usize, &[f64; 2])| a[0] * next(i)[1] - a[1] * next(i)[0];
+    outline.iter().enumerate().map(cross).sum::<f64>().abs() / 2.0
+}
+
+/// Row by row.
+fn centres(rect: PixelRect) -> impl Iterator<Item = (i32, i32)> {
+    (rect.y0..rect.y1).flat_map(move |y| (rect.x0..rect.x1).map(move |x| (x, y)))
+}
+
+/// User planes against the definition: what lies on its inner side is drawn.
+#[test]
+fn coverage_of_user_planes_is_that_of_the_exact_clipper() {
+    let plane = || [-2.0..2.0, -2.0..2.0, -2.0..2.0, -2.0..2.0_f64];
+    let strategy = (clipped_polygons(), prop::collection::vec(plane(), 0..70));
+    let pixels = Tally::default();
+    let cases =
+        check(file!(), "coverage_of_one_side", 3000, &strategy, |((view, poly), planes)| {
+            // Mostly a few; now and then more than there are bits in a word.
+            let count = if planes.len() > 65 { planes.len() } else { planes.len() % 4 };
+            let mut planes = planes[..count].to_vec();
+            if count > 65 {
+                planes.iter_mut().for_each(|p| p[3] = p[3].abs() + 4.0);
+            }
+            let poly = Poly::bare(&poly.positions);
+            let mut tiler = view.tiler();
+            tiler.set_clip_planes(&planes);
+            let picture = probe::draw_with(&mut tiler, &view, &poly).1;
+            pixels.add(picture.len());
+            let mut all = clipper::planes(view.viewport);
+            all.extend(planes.iter().map(|p| p.map(q)));
+            let outline = clipper::outline(view.viewport, &clipper::clip(&poly, &all));
+            for (x, y) in centres(view.visible()) {
+                match (clipper::side(&outline, x, y, TOLERANCE), picture.contains_key(&(y, x))) {
+                    (Side::Inside, drawn) => prop_assert!(drawn, "not drawn: {:?}", (x, y)),
+                    (Side::Outside, drawn) => prop_assert!(!drawn, "drawn: {:?}", (x, y)),
+                    _ => {}
+                }
+            }
+            Ok(())
+        });
+    pixels.report("pixels", 30 * cases);
 }
 
 /// Front faces are counter-clockwise with y up; a snapped area of 0 faces back.

@@ -4,13 +4,14 @@
 mod oracle;
 
 use hyperspan::space::{PixelRect, Viewport};
+use hyperspan::tiler::Precision;
 use hyperspan::varying::Interpolation;
 use oracle::Poly;
 use oracle::judge;
 use oracle::plane::Plane;
 use oracle::probe::{self, View};
 use oracle::shapes::{
-    self, Scene, Tally, check, clipped_polygons, in_range, loose_polygons, scenes, unproject,
+    self, Tally, check, clipped_polygons, in_range, loose_polygons, scenes, unproject,
 };
 use proptest::prelude::*;
 
@@ -56,16 +57,11 @@ fn agrees(view: &View, poly: &Poly, compared: &Compared) -> Result<(), TestCaseE
     Ok(())
 }
 
-fn view_of(scene: &Scene) -> View {
-    let interpolation = scene.interpolation.clone();
-    View { viewport: scene.viewport, window: scene.window, interpolation }
-}
-
 #[test]
 fn precision_of_flat_polygons_is_exact() {
     let compared = Compared::default();
     let cases = check(file!(), "precision_of_flat_polygons", 2500, &scenes(7.0), |scene| {
-        agrees(&view_of(&scene), &scene.poly, &compared)
+        agrees(&scene.view(), &scene.poly, &compared)
     });
     compared.report(cases, 100);
 }
@@ -74,7 +70,7 @@ fn precision_of_flat_polygons_is_exact() {
 fn precision_holds_up_to_ratios_of_a_million() {
     let compared = Compared::default();
     let cases = check(file!(), "precision_of_steep_polygons", 2500, &scenes(20.0), |scene| {
-        agrees(&view_of(&scene), &scene.poly, &compared)
+        agrees(&scene.view(), &scene.poly, &compared)
     });
     compared.report(cases, 100);
 }
@@ -83,7 +79,7 @@ fn precision_holds_up_to_ratios_of_a_million() {
 fn precision_holds_up_to_ratios_of_a_billion() {
     let compared = Compared::default();
     let cases = check(file!(), "precision_of_steepest_polygons", 800, &scenes(30.0), |scene| {
-        agrees(&view_of(&scene), &scene.poly, &compared)
+        agrees(&scene.view(), &scene.poly, &compared)
     });
     compared.report(cases, 100);
 }
@@ -127,7 +123,7 @@ fn bent_polygons() -> impl Strategy<Value = (View, Poly)> {
             }
             attributes.extend(values);
         }
-        let mut view = view_of(&scene);
+        let mut view = scene.view();
         view.interpolation.extend([Interpolation::Perspective, Interpolation::NoPerspective]);
         (view, poly)
     })
@@ -211,6 +207,21 @@ fn precision_of_an_edge_on_triangle_is_that_of_the_nearest_vertex() {
     assert_eq!(values, right);
 }
 
+/// The other precision: 4u |value| + 3u M, depth to a unit in the last place.
+#[test]
+fn precision_of_fast_is_within_its_bound() {
+    let polygons = prop_oneof![
+        scenes(20.0).prop_map(|scene| (scene.view(), scene.poly)),
+        clipped_polygons(),
+        bent_polygons(),
+    ];
+    let compared = Compared::default();
+    let cases = check(file!(), "precision_of_fast", 2000, &polygons, |(view, poly)| {
+        agrees(&View { precision: Precision::Fast, ..view }, &poly, &compared)
+    });
+    compared.report(cases, 100);
+}
+
 /// A quarter, a half and three quarters of a unit in the last place: every second value is a
 /// true tie, and goes to the even neighbour.
 #[test]
@@ -256,7 +267,7 @@ fn precision_of_constants_is_exact_for_any_bits() {
         &strategy,
         |(scene, clipped, bits, mode)| {
             let right = if f32::from_bits(bits).is_nan() { 0x7FC0_0000 } else { bits };
-            for (view, mut poly) in [(view_of(&scene), scene.poly.clone()), clipped.clone()] {
+            for (view, mut poly) in [(scene.view(), scene.poly.clone()), clipped.clone()] {
                 for list in &mut poly.attributes {
                     list.insert(0, f32::from_bits(bits));
                 }
@@ -287,7 +298,7 @@ fn precision_of_an_attribute_is_spoiled_by_its_own_nan_only() {
     let tally = Tally::default();
     let cases =
         check(file!(), "precision_of_nan", 3000, &strategy, |(scene, bits, which, vertex)| {
-            let view = view_of(&scene);
+            let view = scene.view();
             let count = scene.poly.attributes[0].len();
             if count == 0 {
                 return Ok(());

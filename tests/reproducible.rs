@@ -15,18 +15,13 @@ use hyperspan::tiler::Tiler;
 use hyperspan::varying::Interpolation;
 use oracle::Poly;
 use oracle::probe::{self, Picture, Sheet, View};
-use oracle::shapes::{Scene, Tally, check, clipped_polygons, loose_polygons, scenes};
+use oracle::shapes::{Tally, check, clipped_polygons, loose_polygons, scenes};
 use proptest::prelude::*;
-
-fn view_of(scene: &Scene) -> View {
-    let interpolation = scene.interpolation.clone();
-    View { viewport: scene.viewport, window: scene.window, interpolation }
-}
 
 /// All kinds: flat ones, clipped ones, and those whose attributes are not affine.
 fn anything() -> impl Strategy<Value = (View, Poly)> {
     prop_oneof![
-        scenes(12.0).prop_map(|scene| (view_of(&scene), scene.poly)),
+        scenes(12.0).prop_map(|scene| (scene.view(), scene.poly)),
         clipped_polygons(),
         loose_polygons(),
     ]
@@ -43,10 +38,8 @@ fn same(a: &Picture, b: &Picture, what: &str) -> Result<(), TestCaseError> {
 
 #[test]
 fn reproducible_for_any_rotation_of_the_list() {
-    let flat = prop_oneof![
-        scenes(12.0).prop_map(|scene| (view_of(&scene), scene.poly)),
-        clipped_polygons(),
-    ];
+    let flat =
+        prop_oneof![scenes(12.0).prop_map(|scene| (scene.view(), scene.poly)), clipped_polygons(),];
     let tally = Tally::default();
     let cases = check(
         file!(),
@@ -294,7 +287,7 @@ fn reproducible_depth_is_the_painters() {
         let (mut right_depths, mut right_ids) = (depths.clone(), ids.clone());
         let mut tiler = list[0].0.0.tiler();
         for (id, ((view, poly), test)) in (1_u32..).zip(&list) {
-            let view = View { viewport, window, interpolation: view.interpolation.clone() };
+            let view = View { viewport, window, ..view.clone() };
             // The painter. A shader that discards every third column leaves their depth alone.
             let mut count = [0_u64; 3];
             for ((y, x), seen) in probe::draw(&view, poly).1 {

@@ -1,5 +1,7 @@
 //! Compares a picture with the oracles.
 
+use hyperspan::tiler::Precision;
+
 use super::Poly;
 use super::clipper::{self, Side};
 use super::coverage::{covered, is_unclipped, snapped};
@@ -50,8 +52,8 @@ pub(crate) struct Compared {
     pub(crate) left_out: usize,
 }
 
-/// Has every pixel the right values, bit for bit? Those that run along the edges of a polygon
-/// that was clipped are compared with a tolerance: its new vertices are rounded.
+/// Has every pixel the right values, to P2's precision? In `Exact` bit for bit, but those that
+/// run along the edges of a polygon that was clipped: its new vertices are rounded.
 pub(crate) fn values(view: &View, poly: &Poly, picture: &Picture) -> Result<Compared, String> {
     let plane = Plane::new(poly, view.viewport, &view.interpolation);
     let edges = Edges::new(poly, view.viewport, &view.interpolation);
@@ -88,14 +90,16 @@ pub(crate) fn values(view: &View, poly: &Poly, picture: &Picture) -> Result<Comp
             let given = |i: usize| number < 3 || poly.attributes[i][number - 3] != right;
             compared.between += usize::from((0..poly.positions.len()).all(given));
             let drawn = f32::from_bits(drawn);
-            let near = !is_exact && {
-                let size = |i: usize| match number {
-                    0 | 1 => right.abs(),
-                    2 => 1.0,
-                    k => poly.attributes[i][k - 3].abs(),
-                };
-                let most = (0..poly.positions.len()).map(size).fold(0.0, f32::max);
-                (right - drawn).abs() <= most * 1e-5
+            let size = |i: usize| match number {
+                0 | 1 => right.abs(),
+                2 => 1.0,
+                k => poly.attributes[i][k - 3].abs(),
+            };
+            let most = (0..poly.positions.len()).map(size).fold(0.0, f32::max);
+            let near = match (is_exact, view.precision) {
+                (true, Precision::Exact) => false,
+                (true, Precision::Fast) => is_fast(number == 2, right, drawn, most),
+                (false, _) => (right - drawn).abs() <= most * 1e-5,
             };
             if right.to_bits() != drawn.to_bits() && !near {
                 let what = match number {
@@ -113,4 +117,17 @@ pub(crate) fn values(view: &View, poly: &Poly, picture: &Picture) -> Result<Comp
         }
     }
     Ok(compared)
+}
+
+/// Is `drawn` within the bound of `Fast`: 4u |value| + 3u M, where M is the largest magnitude at
+/// the vertices, or a unit in the last place for depth?
+fn is_fast(is_depth: bool, right: f32, drawn: f32, most: f32) -> bool {
+    if is_depth {
+        return right.to_bits().abs_diff(drawn.to_bits()) <= 1;
+    }
+    const U: f64 = 1.0 / 16_777_216.0;
+    let [right, drawn, most] = [right, drawn, most].map(f64::from);
+    // The right value is rounded itself, by at most half a unit: u |value|, or 2^-150.
+    let rounded = (U * right.abs()).max(f64::from(f32::from_bits(1)) / 2.0);
+    (right - drawn).abs() <= 4.0 * U * right.abs() + 3.0 * U * most + rounded
 }

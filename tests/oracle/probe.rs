@@ -63,12 +63,18 @@ pub(crate) struct View {
     /// The pixels of the target.
     pub(crate) window: PixelRect,
     pub(crate) interpolation: Vec<Interpolation>,
+    pub(crate) precision: Precision,
 }
 
 impl View {
     /// A target of the viewport's size and place.
     pub(crate) fn whole(viewport: Viewport) -> Self {
-        Self { viewport, window: viewport.rect(), interpolation: Vec::new() }
+        Self {
+            viewport,
+            window: viewport.rect(),
+            interpolation: Vec::new(),
+            precision: Precision::Exact,
+        }
     }
 
     /// The pixels that may be drawn.
@@ -76,12 +82,12 @@ impl View {
         self.viewport.rect().intersect(self.window)
     }
 
-    /// A tiler for it, in `Exact`.
+    /// A tiler for it.
     pub(crate) fn tiler(&self) -> Tiler {
         let mut tiler = Tiler::new(self.viewport);
         tiler
             .set_origin(self.window.x0, self.window.y0)
-            .set_precision(Precision::Exact)
+            .set_precision(self.precision)
             .set_interpolation(&self.interpolation);
         tiler
     }
@@ -93,7 +99,7 @@ impl View {
     }
 }
 
-/// Draws `polygon` alone, in `Exact`.
+/// Draws `polygon` alone.
 pub(crate) fn draw<V: Polygon + ?Sized>(view: &View, polygon: &V) -> (Outcome, Picture, Stats) {
     let mut tiler = view.tiler();
     let (outcome, picture) = draw_with(&mut tiler, view, polygon);
