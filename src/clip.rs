@@ -12,11 +12,12 @@
 //!
 //! A new vertex lies at (a |d_b| + b |d_a|) / (|d_a| + |d_b|), where d is the clip distance: an
 //! expression that is symmetric in a and b, bit for bit. So a shared edge gives the same vertex
-//! in either direction and from either side of the plane, and it never cancels.
+//! in either direction and from either side of the plane. Along the plane's own axis, where ends
+//! far outside on both sides would cancel, the vertex is put onto the plane.
 
 use alloc::vec::Vec;
 
-use crate::fixed::Subpixel;
+use crate::fixed::{Subpixel, exponent_of, power_of_two};
 use crate::space::{DepthRange, Viewport};
 
 /// Vertices as arrays of `stride` numbers: x, y, z, w, and then attributes.
@@ -126,12 +127,16 @@ pub enum Clipped {
 /// left, right, bottom, top, user.
 #[derive(Clone, Debug)]
 pub struct Clipper {
+    depth_range: DepthRange,
     planes: Vec<ClipPlane>,
     scratch: Vec<f64>,
 }
 
 /// Planes before the user's.
 const FIXED_PLANES: usize = 6;
+
+/// Which of them are the guard band's.
+const GUARD: core::ops::Range<usize> = 2..FIXED_PLANES;
 
 /// The planes from here on share a bit of the outcodes.
 const SHARED_BIT: usize = 63;
@@ -169,13 +174,24 @@ impl Clipper {
             [0.0, half_h, 0.0, reach - half_h],
             [0.0, -half_h, 0.0, reach + half_h],
         ]);
-        Self { planes, scratch: Vec::new() }
+        Self { depth_range: viewport.depth_range(), planes, scratch: Vec::new() }
     }
 
-    /// Sets the user's planes, which clip after the others.
+    /// Sets the user's planes, which clip after the others. One with a coefficient that is not
+    /// finite leaves everything inside.
     pub fn set_user_planes(&mut self, planes: &[ClipPlane]) {
         self.planes.truncate(FIXED_PLANES);
-        self.planes.extend_from_slice(planes);
+        self.planes.extend(planes.iter().map(|plane| {
+            let largest = plane.iter().fold(0.0, |a: f64, b| if b.abs() > a { b.abs() } else { a });
+            match exponent_of(largest) {
+                // A power of two moves no plane, and no distance overflows.
+                Some(exponent) if plane.iter().all(|c| c.is_finite()) => {
+                    let half = exponent / 2;
+                    plane.map(|c| c * power_of_two(-half) * power_of_two(half - exponent))
+                }
+                _ => [0.0; 4],
+            }
+        }));
     }
 
     /// The number of planes.
@@ -188,14 +204,14 @@ impl Clipper {
     pub fn classify(&self, positions: impl Iterator<Item = [f64; 4]> + Clone) -> Outcodes {
         let (mut beyond_all, mut beyond_any) = (0b11_1111_u32, 0_u32);
         for p in positions.clone() {
-            let [x, y, _, w] = p;
+            let [x, y, z, w] = p;
             // A vertex with w < 0 is outside both sides of an axis.
             let outside = u32::from(x < -w)
                 | u32::from(x > w) << 1
                 | u32::from(y < -w) << 2
                 | u32::from(y > w) << 3
-                | u32::from(clip_distance(&self.planes[0], p) < 0.0) << 4
-                | u32::from(clip_distance(&self.planes[1], p) < 0.0) << 5;
+                | u32::from(self.is_before_near(z, w)) << 4
+                | u32::from(z > w) << 5;
             beyond_all &= outside;
             beyond_any |= outside;
         }
@@ -218,6 +234,14 @@ impl Clipper {
         Outcodes { crossed, hidden: outside_all & !(1 << SHARED_BIT) != 0 }
     }
 
+    #[inline(always)]
+    fn is_before_near(&self, z: f64, w: f64) -> bool {
+        match self.depth_range {
+            DepthRange::ZeroToOne => z < 0.0,
+            DepthRange::MinusOneToOne => z < -w,
+        }
+    }
+
     /// Clips `vertices` in place, against the planes that they cross. All positions must be
     /// finite. A convex polygon of N vertices leaves at most N + [`Self::plane_count`].
     pub fn clip(&mut self, vertices: &mut VertexArrays) -> Clipped {
@@ -230,7 +254,7 @@ impl Clipper {
         }
         for (k, plane) in self.planes.iter().enumerate() {
             if outcodes.crossed >> k.min(SHARED_BIT) & 1 != 0 {
-                clip_to_plane(vertices, plane, &mut self.scratch);
+                clip_to_plane(vertices, plane, GUARD.contains(&k), &mut self.scratch);
             }
         }
         Clipped::Crossed
@@ -242,8 +266,14 @@ impl Clipper {
     }
 }
 
-/// One pass of Sutherland and Hodgman: keeps what is inside, `scratch` is overwritten.
-fn clip_to_plane(vertices: &mut VertexArrays, plane: &ClipPlane, scratch: &mut Vec<f64>) {
+/// One pass of Sutherland and Hodgman: keeps what is inside, `scratch` is overwritten. A plane
+/// of the `guard` band has one axis and w.
+fn clip_to_plane(
+    vertices: &mut VertexArrays,
+    plane: &ClipPlane,
+    guard: bool,
+    scratch: &mut Vec<f64>,
+) {
     scratch.clear();
     let n = vertices.len();
     let distance = |i: usize| clip_distance(plane, vertices.position(i));
@@ -260,6 +290,10 @@ fn clip_to_plane(vertices: &mut VertexArrays, plane: &ClipPlane, scratch: &mut V
             );
             let new = scratch.len() - vertices.stride;
             straighten(vertices, [from, to], [a, b], &mut scratch[new..]);
+            if guard && let Some(axis) = (0..3).find(|axis| plane[*axis] != 0.0) {
+                // Between giants the sum cancels: but where on its axis the plane is, is known.
+                scratch[new + axis] = -plane[3] / plane[axis] * scratch[new + 3];
+            }
         }
         if to_distance >= 0.0 {
             scratch.extend_from_slice(vertices.array(to));

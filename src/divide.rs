@@ -59,10 +59,9 @@ pub fn divide_array(vertices: &VertexArrays, i: usize) -> impl Iterator<Item = f
 #[inline(always)]
 pub fn snapped_area(vertices: &[ScreenVertex]) -> i128 {
     if let [a, b, c] = vertices {
-        let [ax, ay] = a.snapped.map(Subpixel::wide);
-        let offset = |v: &ScreenVertex| v.snapped.map(Subpixel::wide);
-        let ([bx, by], [cx, cy]) = (offset(b), offset(c));
-        let (bx, by, cx, cy) = (bx - ax, by - ay, cx - ax, cy - ay);
+        let (ax, ay) = (a.snapped[0].wide(), a.snapped[1].wide());
+        let (bx, by) = (b.snapped[0].wide() - ax, b.snapped[1].wide() - ay);
+        let (cx, cy) = (c.snapped[0].wide() - ax, c.snapped[1].wide() - ay);
         let largest = bx.abs().max(by.abs()).max(cx.abs()).max(cy.abs());
         if largest < 1 << 30 {
             return i128::from(by * cx - bx * cy);

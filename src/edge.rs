@@ -44,6 +44,25 @@ struct Edge {
     delta: [i64; 2],
 }
 
+impl Edge {
+    /// The edge from one vertex to the next, if it owns a row; `numbers` are theirs.
+    #[inline(always)]
+    fn between(numbers: [usize; 2], from: [Subpixel; 2], to: [Subpixel; 2]) -> Option<Self> {
+        let down = from[1] <= to[1];
+        let ([upper, lower], [i, j]) =
+            if down { ([from, to], numbers) } else { ([to, from], [numbers[1], numbers[0]]) };
+        let rows = [upper[1].first_centre(), lower[1].first_centre()];
+        if rows[0] >= rows[1] {
+            return None;
+        }
+        // 32 bits of vertices are more than memory holds.
+        let number = |i: usize| u32::try_from(i).unwrap_or(u32::MAX);
+        let (x0, y0) = (upper[0].wide(), upper[1].wide());
+        let delta = [lower[0].wide() - x0, lower[1].wide() - y0];
+        Some(Self { rows, down, vertices: [number(i), number(j)], upper: [x0, y0], delta })
+    }
+}
+
 /// Where an edge crosses the current row.
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
@@ -63,6 +82,7 @@ impl Crossing {
     /// The edge is at x = x0 + (yc - y0) dx/dy in the row's centre yc; the column is
     /// ceil(x - 1/2), in 16 fraction bits ceil((x - 2^15) / 2^16). The numerator over
     /// 2^16 dy stays within `i64` for every edge on the grid, if not all of its terms.
+    #[inline(always)]
     fn at(edge: Edge, row: i32) -> Self {
         let ([x0, y0], [dx, dy]) = (edge.upper, edge.delta);
         let denominator = dy << Subpixel::FRACTION_BITS;
@@ -71,16 +91,15 @@ impl Crossing {
             .wrapping_mul(dy)
             .wrapping_add((Subpixel::centre_of(row) - y0).wrapping_mul(dx))
             .wrapping_add(denominator - 1);
-        Self {
-            edge,
-            column: numerator.div_euclid(denominator),
-            error: numerator.rem_euclid(denominator),
-            denominator,
-            step_column: dx.div_euclid(dy),
-            step_error: dx.rem_euclid(dy) << Subpixel::FRACTION_BITS,
-        }
+        let (column, error) = divide_down(numerator, denominator);
+        // Not for an edge of one row.
+        let (step_column, step_error) =
+            if row + 1 < edge.rows[1] { divide_down(dx, dy) } else { (0, 0) };
+        let step_error = step_error << Subpixel::FRACTION_BITS;
+        Self { edge, column, error, denominator, step_column, step_error }
     }
 
+    #[inline(always)]
     fn step(&mut self) {
         self.column += self.step_column;
         self.error += self.step_error;
@@ -89,6 +108,13 @@ impl Crossing {
             self.column += 1;
         }
     }
+}
+
+/// Quotient, rounded down, and remainder of `n` over a positive `d`.
+#[inline(always)]
+fn divide_down(n: i64, d: i64) -> (i64, i64) {
+    let (quotient, remainder) = (n / d, n % d);
+    if remainder < 0 { (quotient - 1, remainder + d) } else { (quotient, remainder) }
 }
 
 /// The edges of a polygon, in the order of its boundary.
@@ -105,36 +131,36 @@ impl Outline {
     #[inline(always)]
     pub fn set(&mut self, vertices: &[ScreenVertex]) -> &mut Self {
         self.edges.clear();
-        self.edges.extend((0_u32..).zip(vertices).filter_map(|(i, to)| {
-            let last = u32::try_from(vertices.len() - 1).unwrap_or(u32::MAX);
-            let before = i.checked_sub(1).unwrap_or(last);
-            let from = vertices[before as usize];
-            let down = from.snapped[1] <= to.snapped[1];
-            let (upper, lower) = if down { (from, *to) } else { (*to, from) };
-            let rows = [upper.snapped[1].first_centre(), lower.snapped[1].first_centre()];
-            let [x0, y0] = upper.snapped.map(Subpixel::wide);
-            let [x1, y1] = lower.snapped.map(Subpixel::wide);
-            (rows[0] < rows[1]).then_some(Edge {
-                rows,
-                down,
-                vertices: if down { [before, i] } else { [i, before] },
-                upper: [x0, y0],
-                delta: [x1 - x0, y1 - y0],
-            })
-        }));
-        let turns = self.edges.windows(2).filter(|pair| pair[0].down != pair[1].down).count();
-        let closing = match (self.edges.first(), self.edges.last()) {
-            (Some(first), Some(last)) => usize::from(first.down != last.down),
-            _ => 0,
-        };
-        self.two_chains = turns + closing == 2;
+        let Some(mut before) = vertices.len().checked_sub(1) else { return self };
+        for (i, to) in vertices.iter().enumerate() {
+            let edge = Edge::between([before, i], vertices[before].snapped, to.snapped);
+            if let Some(edge) = edge {
+                self.edges.push(edge);
+            }
+            before = i;
+        }
+        let mut turns = 0;
+        if let Some(last) = self.edges.last() {
+            let mut down = last.down;
+            for edge in &self.edges {
+                turns += usize::from(edge.down != down);
+                down = edge.down;
+            }
+        }
+        self.two_chains = turns == 2;
         self
     }
 
     /// The rows that have crossings: half-open, empty if there are none.
+    #[inline(always)]
     pub fn rows(&self) -> Range<i32> {
-        let first = self.edges.iter().map(|edge| edge.rows[0]).min().unwrap_or(0);
-        first..self.edges.iter().map(|edge| edge.rows[1]).max().unwrap_or(0)
+        let Some(first) = self.edges.first() else { return 0..0 };
+        let [mut start, mut end] = first.rows;
+        for edge in &self.edges[1..] {
+            start = start.min(edge.rows[0]);
+            end = end.max(edge.rows[1]);
+        }
+        start..end
     }
 
     /// Is any pixel centre covered, in the reach of the grid?
@@ -146,6 +172,7 @@ impl Outline {
 
     /// Hands over the spans of `rows`, from the top, and in a row from the left. Rows before
     /// them cost nothing. Every span goes through the same function, whatever the outline.
+    #[inline(always)]
     pub fn for_each_span(&mut self, rows: Range<i32>, mut emit: impl FnMut(Span)) {
         let all = self.rows();
         let rows = rows.start.max(all.start)..rows.end.min(all.end);
@@ -160,11 +187,11 @@ impl Outline {
     }
 
     /// Two crossings a row: the next edge of a chain begins where the last one ends.
+    #[inline(always)]
     fn convex_spans(&self, rows: Range<i32>, emit: &mut impl FnMut(Span)) {
-        let mut chains = [Chain::new(&self.edges, true), Chain::new(&self.edges, false)];
         let mut row = rows.start;
-        let [Some(mut one), Some(mut two)] = chains.each_mut().map(|chain| chain.crossing_at(row))
-        else {
+        let (mut downs, mut ups) = (Chain::new(&self.edges, true), Chain::new(&self.edges, false));
+        let (Some(mut one), Some(mut two)) = (downs.crossing_at(row), ups.crossing_at(row)) else {
             return;
         };
         loop {
@@ -174,14 +201,8 @@ impl Outline {
             if row >= rows.end {
                 return;
             }
-            for (crossing, chain) in [&mut one, &mut two].into_iter().zip(&mut chains) {
-                if row < crossing.edge.rows[1] {
-                    crossing.step();
-                } else if let Some(next) = chain.crossing_at(row) {
-                    *crossing = next;
-                } else {
-                    return;
-                }
+            if !(downs.advance(&mut one, row) && ups.advance(&mut two, row)) {
+                return;
             }
         }
     }
@@ -226,10 +247,11 @@ impl Outline {
     }
 }
 
+#[inline(always)]
 fn emit_span(row: i32, left: &Crossing, right: &Crossing, emit: &mut impl FnMut(Span)) {
     if left.column < right.column {
-        // Columns lie within the reach of the grid.
-        let [start, end] = [left, right].map(|c| i32::try_from(c.column).unwrap_or(0));
+        #[expect(clippy::cast_possible_truncation, reason = "within the reach of the grid")]
+        let (start, end) = (left.column as i32, right.column as i32);
         emit(Span { row, start, end, left: left.edge.vertices, right: right.edge.vertices });
     }
 }
@@ -245,30 +267,59 @@ struct Chain<'a> {
 
 impl<'a> Chain<'a> {
     /// The edges that go `down`, or else up, of an outline with one chain of each.
+    #[inline(always)]
     fn new(edges: &'a [Edge], down: bool) -> Self {
         let n = edges.len();
-        let left = edges.iter().filter(|edge| edge.down == down).count();
         // From the top: down edges in the order of the boundary, up edges against it.
-        let begins = |i: usize| {
-            let before = if down { (i + n - 1) % n } else { (i + 1) % n };
-            edges[i].down == down && edges[before].down != down
-        };
-        let next = (0..n).find(|i| begins(*i)).unwrap_or(0);
+        let (mut next, mut left) = (0, 0);
+        let mut before = if down { n - 1 } else { 1 % n };
+        for i in 0..n {
+            let i = if down { i } else { (n - i) % n };
+            if edges[i].down == down {
+                left += 1;
+                if edges[before].down != down {
+                    next = i;
+                }
+            }
+            before = i;
+        }
         Self { edges, next, left, forward: down }
     }
 
     /// The crossing with `row` of the first edge from here on that reaches below it.
+    #[inline(always)]
     fn crossing_at(&mut self, row: i32) -> Option<Crossing> {
+        let n = self.edges.len();
         while self.left > 0 {
             let edge = self.edges[self.next];
-            let n = self.edges.len();
-            self.next = if self.forward { (self.next + 1) % n } else { (self.next + n - 1) % n };
+            self.next = match (self.forward, self.next) {
+                (true, i) if i + 1 == n => 0,
+                (true, i) => i + 1,
+                (false, 0) => n - 1,
+                (false, i) => i - 1,
+            };
             self.left -= 1;
             if row < edge.rows[1] {
                 return Some(Crossing::at(edge, row));
             }
         }
         None
+    }
+
+    /// Takes the crossing one row down to `row`; no if the chain ends above it.
+    #[inline(always)]
+    fn advance(&mut self, crossing: &mut Crossing, row: i32) -> bool {
+        if row < crossing.edge.rows[1] {
+            crossing.step();
+            return true;
+        }
+        match self.crossing_at(row) {
+            Some(next) => {
+                *crossing = next;
+                true
+            }
+            None => false,
+        }
     }
 }
 

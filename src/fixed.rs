@@ -25,7 +25,8 @@ impl Subpixel {
         let whole = round_to_even(framebuffer * f64::from(steps));
         let step = i64::from((1_u32 << Self::FRACTION_BITS) / steps);
         let limit = i64::from(Self::REACH) << Self::FRACTION_BITS;
-        let offset = (whole * step).saturating_sub(i64::from(corner) << Self::FRACTION_BITS);
+        let offset =
+            whole.saturating_mul(step).saturating_sub(i64::from(corner) << Self::FRACTION_BITS);
         Self(i32::try_from(offset.clamp(-limit, limit)).unwrap_or(0))
     }
 

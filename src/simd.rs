@@ -3,7 +3,7 @@
 //! The loops over a block's lanes are plain Rust, compiled once for each level, and the level is
 //! chosen once for each polygon. It changes how fast a picture is drawn, and no bit of it.
 
-use fearless_simd::{Level, Simd as _};
+use fearless_simd::Level;
 
 /// An instruction set that this machine was shown to have.
 #[derive(Clone, Copy, Debug)]
@@ -36,22 +36,22 @@ impl Simd {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     fn named(best: Level, name: &str) -> Option<Level> {
         match name {
-            "sse2" => best.as_sse2().map(|token| token.level()),
-            "sse4.2" => best.as_sse4_2().map(|token| token.level()),
-            "avx2" => best.as_avx2().map(|token| token.level()),
-            "avx512" => best.as_avx512().map(|token| token.level()),
+            "sse2" => best.as_sse2().map(fearless_simd::Simd::level),
+            "sse4.2" => best.as_sse4_2().map(fearless_simd::Simd::level),
+            "avx2" => best.as_avx2().map(fearless_simd::Simd::level),
+            "avx512" => best.as_avx512().map(fearless_simd::Simd::level),
             _ => None,
         }
     }
 
     #[cfg(target_arch = "aarch64")]
     fn named(best: Level, name: &str) -> Option<Level> {
-        (name == "neon").then(|| best.as_neon()).flatten().map(|token| token.level())
+        (name == "neon").then(|| best.as_neon()).flatten().map(fearless_simd::Simd::level)
     }
 
     #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
     fn named(best: Level, name: &str) -> Option<Level> {
-        (name == "wasm").then(|| best.as_wasm_simd128()).flatten().map(|token| token.level())
+        (name == "wasm").then(|| best.as_wasm_simd128()).flatten().map(fearless_simd::Simd::level)
     }
 
     #[cfg(not(any(

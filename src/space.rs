@@ -99,6 +99,7 @@ pub struct PixelRect {
 impl PixelRect {
     /// The rectangle of `width` x `height` pixels whose first pixel is (`x`, `y`); sides that
     /// would leave the range of `i32` end there.
+    #[inline(always)]
     pub fn new(x: i32, y: i32, width: u32, height: u32) -> Self {
         Self {
             x0: x,
@@ -109,12 +110,14 @@ impl PixelRect {
     }
 
     /// What both have in common; empty if nothing.
+    #[inline(always)]
     pub fn intersect(self, other: Self) -> Self {
         let (x0, y0) = (self.x0.max(other.x0), self.y0.max(other.y0));
         Self { x0, y0, x1: self.x1.min(other.x1).max(x0), y1: self.y1.min(other.y1).max(y0) }
     }
 
     /// Has it no pixel?
+    #[inline(always)]
     pub fn is_empty(self) -> bool {
         self.x0 >= self.x1 || self.y0 >= self.y1
     }

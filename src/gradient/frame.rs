@@ -66,6 +66,7 @@ impl Linear {
     }
 
     /// The sum of the terms' greatest magnitudes within `reach`.
+    #[inline(always)]
     fn size(&self, reach: Reach) -> f64 {
         self.x.abs() * reach.u + self.y.abs() * reach.v + self.c.abs()
     }
@@ -87,6 +88,7 @@ pub(crate) struct Reach {
 
 impl Reach {
     /// The greatest value of a linear function with coefficients of these magnitudes.
+    #[inline(always)]
     fn total(self, [x, y, c]: [f64; 3]) -> f64 {
         x * self.u + y * self.v + c
     }
@@ -103,9 +105,10 @@ pub(crate) struct Anchor {
 }
 
 impl Anchor {
+    #[inline(always)]
     pub(crate) fn new(viewport: Viewport, pixel: [i32; 2]) -> Self {
         let centre = viewport.centre();
-        let offset = [0, 1].map(|k| centre[k] - f64::from(pixel[k]) - 0.5);
+        let offset = [centre[0] - f64::from(pixel[0]) - 0.5, centre[1] - f64::from(pixel[1]) - 0.5];
         Self { pixel, half: viewport.half_size(), offset }
     }
 
@@ -143,17 +146,21 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
+    #[inline(always)]
     pub(crate) fn new(anchor: &Anchor, triple: [[f64; 4]; 3], reach: Reach) -> Self {
-        let projected = triple.map(|p| anchor.project(p));
-        let [a, b, c] = projected.map(|(p, _)| p);
-        let error = [0, 1].map(|k| {
-            let size = greatest([projected[0].1[k], projected[1].1[k], projected[2].1[k]]);
-            PROJECTION_ERROR * size
-        });
-        let a_error = [error[0], error[1], 0.0];
+        let (a, a_size) = anchor.project(triple[0]);
+        let (b, b_size) = anchor.project(triple[1]);
+        let (c, c_size) = anchor.project(triple[2]);
+        let a_error = [
+            PROJECTION_ERROR * greatest([a_size[0], b_size[0], c_size[0]]),
+            PROJECTION_ERROR * greatest([a_size[1], b_size[1], c_size[1]]),
+            0.0,
+        ];
         let edges = [sub(b, a), sub(c, a)];
-        let size = [0, 1, 2].map(|k| greatest([edges[0][k].abs(), edges[1][k].abs(), 0.0]));
-        let edge_error = [0, 1, 2].map(|k| 2.0 * a_error[k] + U * size[k]);
+        let size_of = |k: usize| greatest([edges[0][k].abs(), edges[1][k].abs(), 0.0]);
+        let size = [size_of(0), size_of(1), size_of(2)];
+        let edge_error =
+            [2.0 * a_error[0] + U * size[0], 2.0 * a_error[1] + U * size[1], U * size[2]];
 
         // (b - a) x (c - a), by components; each is two products of edges.
         let minor_error = |i: usize, j: usize| {
@@ -164,13 +171,11 @@ impl Frame {
         let mut q = Linear { x, y, c };
         let mut q_error = [minor_error(1, 2), minor_error(2, 0), minor_error(0, 1)];
         let normal = [x, y, c];
-        let det_error: f64 = (0..3)
-            .map(|k| {
-                (a[k].abs() + a_error[k]) * q_error[k]
-                    + a_error[k] * normal[k].abs()
-                    + DET_ERROR * (a[k] * normal[k]).abs()
-            })
-            .sum();
+        let term_error = |k: usize| {
+            (a[k].abs() + a_error[k]) * q_error[k]
+                + (a_error[k] + DET_ERROR * a[k].abs()) * normal[k].abs()
+        };
+        let det_error = term_error(0) + term_error(1) + term_error(2);
         // A slope that cannot be told from 0 is 0, and the bound says what that may cost.
         if x.abs() <= q_error[0] {
             q_error[0] += x.abs();
@@ -190,7 +195,8 @@ impl Frame {
             one(i, j) + one(j, i)
         };
         let weight_errors = [weight_error(1, 2), weight_error(2, 0), weight_error(0, 1)];
-        let weights = [cross(edges[1], a), cross(a, edges[0])].map(|[x, y, c]| Linear { x, y, c });
+        let ([bx, by, bc], [cx, cy, cc]) = (cross(edges[1], a), cross(a, edges[0]));
+        let weights = [Linear { x: bx, y: by, c: bc }, Linear { x: cx, y: cy, c: cc }];
         let q_size = q.size(reach);
         let weight_size = greatest([weights[0].size(reach), weights[1].size(reach), 0.0]);
         let q_error = SECOND_ORDER * (reach.total(q_error) + EVALUATION_ERROR * q_size) + TINY;
@@ -256,7 +262,7 @@ pub(crate) fn exact_at([x, y, c]: &[Dyadic; 3], u: i32, v: i32) -> Dyadic {
 
 /// In `f64`.
 pub(crate) fn nearby(linear: &[Dyadic; 3], reach: Reach) -> Bounded {
-    let [x, y, c] = linear.each_ref().map(|k| k.to_f64_near());
+    let [x, y, c] = linear.each_ref().map(Dyadic::to_f64_near);
     let linear = Linear { x, y, c };
     let error = SECOND_ORDER * (EVALUATION_ERROR + 4.0 * U) * linear.size(reach) + TINY;
     Bounded { linear, error }

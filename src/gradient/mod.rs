@@ -16,6 +16,7 @@ use alloc::vec::Vec;
 use core::cmp::Ordering;
 
 use crate::across::Carried;
+use crate::divide::ScreenVertex;
 use crate::exact::{Dyadic, round_quotient};
 use crate::fixed::power_of_two;
 use crate::polygon::Polygon;
@@ -33,8 +34,6 @@ pub(crate) enum Field {
     Constant(f32),
     /// base + D/Q, or base + D/det.
     Affine(Affine),
-    /// det/Q, clamped to the range: w itself.
-    W([f32; 2]),
     /// Not affine: along the edges and across the span; clamped to the range.
     Across(Carried, [f32; 2]),
 }
@@ -77,14 +76,48 @@ pub(crate) enum ConstantAlong {
     Column,
 }
 
-/// A polygon on its way through the set-up.
+/// A polygon's attributes, whatever holds them: so that what comes after is compiled once.
+pub(crate) trait Attributes {
+    /// Attribute `k` of vertex `i`.
+    fn attribute(&self, i: usize, k: usize) -> f32;
+
+    /// The number of attributes.
+    fn count(&self) -> usize;
+
+    /// The first `count` attributes of all vertices, vertex by vertex.
+    fn gather(&self, count: usize, out: &mut Vec<f32>);
+}
+
+/// The attributes of a [`Polygon`].
 #[derive(Debug)]
-pub(crate) struct Subject<'a, V: ?Sized> {
-    pub(crate) polygon: &'a V,
+pub(crate) struct AttributesOf<'a, V: ?Sized>(pub(crate) &'a V);
+
+impl<V: Polygon + ?Sized> Attributes for AttributesOf<'_, V> {
+    fn attribute(&self, i: usize, k: usize) -> f32 {
+        self.0.attribute(i, k)
+    }
+
+    fn count(&self) -> usize {
+        self.0.attribute_count()
+    }
+
+    fn gather(&self, count: usize, out: &mut Vec<f32>) {
+        out.clear();
+        for i in 0..self.0.len() {
+            out.extend((0..count).map(|k| self.0.attribute(i, k)));
+        }
+    }
+}
+
+/// A polygon on its way through the set-up.
+pub(crate) struct Subject<'a> {
+    pub(crate) attributes: &'a dyn Attributes,
     pub(crate) viewport: Viewport,
     /// The positions as given, times 2^-`exponent`.
     pub(crate) positions: &'a [[f64; 4]],
     pub(crate) exponent: i32,
+    /// The clipped polygon's vertices in the framebuffer.
+    pub(crate) screen: &'a [ScreenVertex],
     pub(crate) interpolation: &'a [Interpolation],
     /// Least and greatest w of the clipped polygon, scaled as `positions` are.
     pub(crate) clipped_w: [f64; 2],
@@ -106,7 +139,7 @@ pub(crate) struct Wanted {
     pub(crate) exact: bool,
 }
 
-impl<V: Polygon + ?Sized> Subject<'_, V> {
+impl Subject<'_> {
     /// How attribute `k` is interpolated.
     pub(crate) fn interpolation_of(&self, k: usize) -> Interpolation {
         self.interpolation.get(k).copied().unwrap_or_default()
@@ -152,7 +185,7 @@ pub(crate) struct Gradients {
     least_q: f64,
     det: f64,
     /// w times Q, and the relative error of det.
-    pub(crate) w_scale: f64,
+    w_scale: f64,
     pub(crate) det_relative_error: f64,
     /// Is Q in doubt at some pixel, or must everything be exact?
     pub(crate) strict: bool,
@@ -161,6 +194,8 @@ pub(crate) struct Gradients {
     pub(crate) inv_w: Option<Field>,
     pub(crate) w: Option<Field>,
     pub(crate) attributes: Vec<Field>,
+    /// The first so many attributes of each vertex.
+    values: Vec<f32>,
     /// Have the attributes been set up for this polygon?
     pub(crate) has_attributes: bool,
 }
@@ -179,19 +214,17 @@ const WITHIN_ULP: f64 = 67_108_864.0;
 
 impl Gradients {
     /// Sets up all but the attributes of `subject`.
-    #[inline(always)]
-    pub(crate) fn set<V: Polygon + ?Sized>(&mut self, subject: &Subject<'_, V>) {
-        self.triple = triple::choose(subject.positions, subject.polygon);
-        self.corners = self.triple.map(|i| subject.positions[i]);
+    pub(crate) fn set(&mut self, subject: &Subject<'_>) {
+        self.triple = triple::choose(subject.positions, subject.attributes);
+        let [a, b, c] = self.triple;
+        self.corners = [subject.positions[a], subject.positions[b], subject.positions[c]];
         self.exact = None;
         self.has_attributes = false;
         self.shape = (subject.positions.len() > 3).then(|| self.shape_of(subject.positions));
-        let middle = [subject.columns, subject.rows].map(|[first, last]| first.midpoint(last));
-        let reach =
-            |[first, last]: [i32; 2], middle: i32| f64::from((middle - first).max(last - middle));
-        self.anchor = Anchor::new(subject.viewport, middle);
-        self.reach =
-            Reach { u: reach(subject.columns, middle[0]), v: reach(subject.rows, middle[1]) };
+        let (column, u) = middle(subject.columns);
+        let (row, v) = middle(subject.rows);
+        self.anchor = Anchor::new(subject.viewport, [column, row]);
+        self.reach = Reach { u, v };
         self.frame = Frame::new(&self.anchor, self.corners, self.reach);
         self.take_plane(subject, self.frame.q, self.frame.det, self.frame.det_error);
         let error = self.q_error / self.least_q + self.det_relative_error;
@@ -205,13 +238,7 @@ impl Gradients {
 
     /// Q and det, from either frame.
     #[inline(always)]
-    fn take_plane<V: ?Sized>(
-        &mut self,
-        subject: &Subject<'_, V>,
-        q: Bounded,
-        det: f64,
-        det_error: f64,
-    ) {
+    fn take_plane(&mut self, subject: &Subject<'_>, q: Bounded, det: f64, det_error: f64) {
         (self.q, self.q_error, self.det) = (q.linear, q.error, det);
         self.det_relative_error = det_error / det.abs() + 2.0 * U;
         // Where the sign is unknown every value is in doubt, and found exactly.
@@ -219,6 +246,15 @@ impl Gradients {
         self.q_sign = if certain { 1.0_f64.copysign(det) } else { 0.0 };
         self.w_scale = det * power_of_two(subject.exponent);
         self.least_q = det.abs() / subject.clipped_w[1];
+        if subject.positions.len() > 3 {
+            // Its vertices may be off the plane, by much where w is small beside the diameter.
+            let [x, y] = self.anchor.pixel.map(|c| f64::from(c) + 0.5);
+            for vertex in subject.screen {
+                let [fx, fy] = vertex.framebuffer;
+                let q = (q.linear.row(fy - y) + q.linear.x * (fx - x)) * self.q_sign;
+                self.least_q = if q < self.least_q { q } else { self.least_q };
+            }
+        }
         // A covered centre may lie outside the unsnapped polygon, and Q be smaller there.
         let beyond = (self.q.x.abs() + self.q.y.abs()) * subject.viewport.grid().snap_reach();
         let error = self.q_error + self.det_relative_error * self.least_q;
@@ -234,7 +270,7 @@ impl Gradients {
 
     /// The plane without the errors of `f64`, but for a rounding each.
     #[cold]
-    fn take_exact_plane<V: ?Sized>(&mut self, subject: &Subject<'_, V>) {
+    fn take_exact_plane(&mut self, subject: &Subject<'_>) {
         let frame = Box::new(ExactFrame::new(&self.anchor, self.corners));
         let det = frame.det.to_f64_near();
         let edge_on = frame.det.sign() == Ordering::Equal;
@@ -258,7 +294,7 @@ impl Gradients {
 
     /// Depth, 1/w and w.
     #[inline(always)]
-    fn set_derived<V: Polygon + ?Sized>(&mut self, subject: &Subject<'_, V>) {
+    fn set_derived(&mut self, subject: &Subject<'_>) {
         let wanted = subject.wanted;
         let flat = self.shape.is_none_or(|shape| shape.flat);
         (self.depth, self.inv_w, self.w) = (None, None, None);
@@ -276,7 +312,21 @@ impl Gradients {
         let [w_low, w_high] = subject.clipped_w;
         if wanted.w {
             let range = [w_low * scale, w_high * scale].map(nearest_f32);
-            self.w = Some(if flat { Field::W(range) } else { Field::Across(Carried::W, range) });
+            self.w = Some(if flat {
+                // det/Q: a numerator that does not change.
+                Field::Affine(Affine {
+                    numerator: Linear { x: 0.0, y: 0.0, c: self.w_scale },
+                    base: 0.0,
+                    scale: 1.0,
+                    error: self.w_scale.abs() * self.det_relative_error,
+                    over_w: true,
+                    strict: self.strict,
+                    doubtful_below: 0.0,
+                    range,
+                })
+            } else {
+                Field::Across(Carried::W, range)
+            });
         }
         if wanted.inv_w {
             let range = [1.0 / (w_high * scale), 1.0 / (w_low * scale)].map(nearest_f32);
@@ -299,14 +349,15 @@ impl Gradients {
 
     /// Depth over a flat polygon.
     #[inline(always)]
-    fn depth_field<V: Polygon + ?Sized>(&self, subject: &Subject<'_, V>) -> Field {
-        let z = self.corners.map(|p| subject.depth_numerator(p));
+    fn depth_field(&self, subject: &Subject<'_>) -> Field {
+        let z = |i: usize| subject.depth_numerator(self.corners[i]);
+        let z = [z(0), z(1), z(2)];
         if z == [0.0; 3] {
             return Field::Constant(0.0);
         }
         let bounded = match self.exact.as_deref() {
             None => {
-                let size = z.iter().fold(0.0, |a: f64, z| a.max(z.abs()));
+                let size = z[0].abs().max(z[1].abs()).max(z[2].abs());
                 // The sum and the difference, each rounded.
                 self.frame.combine([z[0], z[1] - z[0], z[2] - z[0]], 4.0 * U * size)
             }
@@ -320,18 +371,20 @@ impl Gradients {
             scale,
             error,
             over_w: false,
-            strict: self.strict,
+            // Also where the error is no number.
+            strict: self.strict || error.is_nan() || error >= 1.0,
             doubtful_below: error * WITHIN_ULP,
             range: [0.0, 1.0],
         })
     }
 
     /// Sets up the attributes.
-    pub(crate) fn set_attributes<V: Polygon + ?Sized>(&mut self, subject: &Subject<'_, V>) {
+    pub(crate) fn set_attributes(&mut self, subject: &Subject<'_>) {
         self.has_attributes = true;
+        subject.attributes.gather(subject.wanted.attributes, &mut self.values);
         self.attributes.clear();
         for k in 0..subject.wanted.attributes {
-            let field = match constant_attribute(subject, k) {
+            let field = match self.constant_attribute(subject, k) {
                 Ok(value) => Field::Constant(value),
                 Err(range) => match self.carried_across(subject, k, range) {
                     Some(carried) => Field::Across(carried, range),
@@ -344,21 +397,16 @@ impl Gradients {
 
     /// Attribute `k`, which is affine and not constant.
     #[inline(always)]
-    fn attribute_field<V: Polygon + ?Sized>(
-        &mut self,
-        subject: &Subject<'_, V>,
-        k: usize,
-        range: [f32; 2],
-    ) -> Affine {
+    fn attribute_field(&mut self, subject: &Subject<'_>, k: usize, range: [f32; 2]) -> Affine {
         let over_w = subject.interpolation_of(k) == Interpolation::Perspective;
-        let values = self.triple.map(|i| f64::from(subject.polygon.attribute(i, k)));
+        let value = |i: usize| f64::from(self.value(subject, self.triple[i], k));
+        let values = [value(0), value(1), value(2)];
         let size = f64::from(range[0].abs().max(range[1].abs()));
         let (scale, least) = if over_w { (1.0, self.least_q) } else { (1.0 / self.det, 1.0) };
         if self.exact.is_none() {
-            let [b, c] = [1, 2].map(|i| {
-                let weight = if over_w { 1.0 } else { self.corners[i][3] };
-                weight * (values[i] - values[0])
-            });
+            let weight = |i: usize| if over_w { 1.0 } else { self.corners[i][3] };
+            let b = weight(1) * (values[1] - values[0]);
+            let c = weight(2) * (values[2] - values[0]);
             let bounded = self.frame.combine([0.0, b, c], 3.0 * U * b.abs().max(c.abs()));
             let error = bounded.error * scale.abs();
             let limit = if subject.wanted.exact { WORTH_EXACT_SETUP } else { TRUSTED };
@@ -387,21 +435,49 @@ impl Gradients {
         Affine { numerator, base, scale, error, over_w, strict, doubtful_below: 0.0, range }
     }
 
+    /// Attribute `k` of vertex `i`.
+    #[inline(always)]
+    fn value(&self, subject: &Subject<'_>, i: usize, k: usize) -> f32 {
+        self.values[i * subject.wanted.attributes + k]
+    }
+
+    /// The value of attribute `k` if it is the same all over, else its range.
+    #[inline(always)]
+    fn constant_attribute(&self, subject: &Subject<'_>, k: usize) -> Result<f32, [f32; 2]> {
+        let first = self.value(subject, 0, k);
+        let (mut low, mut high, mut same) = (first, first, true);
+        let mut finite = first.is_finite();
+        for i in 1..subject.positions.len() {
+            let value = self.value(subject, i, k);
+            same &= value.to_bits() == first.to_bits();
+            finite &= value.is_finite();
+            low = if value < low { value } else { low };
+            high = if value > high { value } else { high };
+        }
+        let flat = same || subject.interpolation_of(k) == Interpolation::Flat;
+        if flat && !first.is_nan() {
+            Ok(first)
+        } else if flat || !finite {
+            Ok(CANONICAL_NAN)
+        } else if low == high {
+            // Zeros of both signs.
+            Ok(0.0)
+        } else {
+            // No bound is a negative zero: a real number that is clamped to 0 is +0.
+            Err([low + 0.0, high + 0.0])
+        }
+    }
+
     /// How attribute `k`, which is not constant, runs if it is not affine.
     #[inline(always)]
-    fn carried_across<V: Polygon + ?Sized>(
-        &self,
-        subject: &Subject<'_, V>,
-        k: usize,
-        range: [f32; 2],
-    ) -> Option<Carried> {
+    fn carried_across(&self, subject: &Subject<'_>, k: usize, range: [f32; 2]) -> Option<Carried> {
         let positions = subject.positions;
         let perspective = subject.interpolation_of(k) == Interpolation::Perspective;
         let Some(shape) = self.shape else {
             let affine = perspective || positions.iter().all(|p| p[3] > 0.0);
             return (!affine).then_some(Carried::Linear(k));
         };
-        let value = |i: usize| f64::from(subject.polygon.attribute(i, k));
+        let value = |i: usize| f64::from(self.value(subject, i, k));
         let range = f64::from(range[1]) - f64::from(range[0]);
         let is_affine = |plane: AffineFrame, point: fn([f64; 4]) -> [f64; 3]| {
             plane.is_affine(positions.len(), range, |i| point(positions[i]), value)
@@ -418,7 +494,7 @@ impl Gradients {
     }
 
     /// base, b and c of a [`frame::ExactFrame::combine`] for depth.
-    fn exact_depths<V: ?Sized>(&self, subject: &Subject<'_, V>) -> [Dyadic; 3] {
+    fn exact_depths(&self, subject: &Subject<'_>) -> [Dyadic; 3] {
         let [a, b, c] = self.corners.map(|[_, _, z, w]| match subject.viewport.depth_range() {
             DepthRange::ZeroToOne => Dyadic::from_f64(z),
             DepthRange::MinusOneToOne => {
@@ -438,9 +514,9 @@ impl Gradients {
 
     /// The correctly rounded value of `quantity` at the pixel (`u`, `v`) from the anchor; not
     /// clamped. Nothing where the plane is edge-on or 1/w <= 0.
-    pub(crate) fn exact_value<V: Polygon + ?Sized>(
+    pub(crate) fn exact_value(
         &mut self,
-        subject: &Subject<'_, V>,
+        subject: &Subject<'_>,
         quantity: Quantity,
         u: i32,
         v: i32,
@@ -462,7 +538,7 @@ impl Gradients {
             }
             Quantity::Attribute(k) => {
                 let over_w = subject.interpolation_of(k) == Interpolation::Perspective;
-                let values = self.triple.map(|i| f64::from(subject.polygon.attribute(i, k)));
+                let values = self.triple.map(|i| f64::from(self.value(subject, i, k)));
                 let [base, b, c] = exact_values(&self.corners, values, over_w);
                 let differences = frame.combine(&[Dyadic::default(), b, c]);
                 let denominator = if over_w { &q } else { &frame.det };
@@ -485,38 +561,15 @@ impl Gradients {
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        self.attributes.capacity() * size_of::<Field>()
+        self.attributes.capacity() * size_of::<Field>() + self.values.capacity() * size_of::<f32>()
     }
 }
 
-/// The value of attribute `k` if it is the same all over, else its range.
+/// The middle of a range that includes both its ends, and how far they are from it.
 #[inline(always)]
-fn constant_attribute<V: Polygon + ?Sized>(
-    subject: &Subject<'_, V>,
-    k: usize,
-) -> Result<f32, [f32; 2]> {
-    let first = subject.polygon.attribute(0, k);
-    let (mut low, mut high, mut same) = (first, first, true);
-    let mut finite = first.is_finite();
-    for i in 1..subject.polygon.len() {
-        let value = subject.polygon.attribute(i, k);
-        same &= value.to_bits() == first.to_bits();
-        finite &= value.is_finite();
-        low = if value < low { value } else { low };
-        high = if value > high { value } else { high };
-    }
-    let flat = same || subject.interpolation_of(k) == Interpolation::Flat;
-    if flat && !first.is_nan() {
-        Ok(first)
-    } else if flat || !finite {
-        Ok(CANONICAL_NAN)
-    } else if low == high {
-        // Zeros of both signs.
-        Ok(0.0)
-    } else {
-        // No bound is a negative zero: a real number that is clamped to 0 is +0.
-        Err([low + 0.0, high + 0.0])
-    }
+fn middle([first, last]: [i32; 2]) -> (i32, f64) {
+    let middle = first + (last - first) / 2;
+    (middle, f64::from((middle - first).max(last - middle)))
 }
 
 /// base, b and c of a [`frame::ExactFrame::combine`] for an attribute over Q, or over det.

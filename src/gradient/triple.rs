@@ -2,8 +2,8 @@
 
 use core::cmp::Ordering;
 
+use super::Attributes;
 use crate::exact::Dyadic;
-use crate::polygon::Polygon;
 
 /// How far a vertex may be from the plane, relative to the polygon's diameter (the diagonal of
 /// its bounding box), or an attribute from the affine function, relative to its range.
@@ -21,28 +21,28 @@ const TINY: f64 = 1e-270;
 ///
 /// A triangle has but one plane: from its least vertex on, in the order of the list.
 #[inline(always)]
-pub(crate) fn choose<V: Polygon + ?Sized>(positions: &[[f64; 4]], polygon: &V) -> [usize; 3] {
+pub(crate) fn choose(positions: &[[f64; 4]], attributes: &dyn Attributes) -> [usize; 3] {
     if let [p, q, r] = positions {
         let a = match (p < q, q < r, p < r) {
-            _ if p == q || q == r || p == r => least(positions, polygon),
+            _ if p == q || q == r || p == r => least(positions, attributes),
             (true, _, true) => 0,
             (false, true, _) => 1,
             _ => 2,
         };
         return [a, (a + 1) % 3, (a + 2) % 3];
     }
-    choose_of_many(positions, polygon)
+    choose_of_many(positions, attributes)
 }
 
-fn least<V: Polygon + ?Sized>(positions: &[[f64; 4]], polygon: &V) -> usize {
-    let less = |i: &usize, j: &usize| compare_vertices(positions, polygon, *i, *j);
+fn least(positions: &[[f64; 4]], attributes: &dyn Attributes) -> usize {
+    let less = |i: &usize, j: &usize| compare_vertices(positions, attributes, *i, *j);
     (0..positions.len()).min_by(less).unwrap_or(0)
 }
 
-fn choose_of_many<V: Polygon + ?Sized>(positions: &[[f64; 4]], polygon: &V) -> [usize; 3] {
+fn choose_of_many(positions: &[[f64; 4]], attributes: &dyn Attributes) -> [usize; 3] {
     let n = positions.len();
-    let less = |i: &usize, j: &usize| compare_vertices(positions, polygon, *i, *j);
-    let a = least(positions, polygon);
+    let less = |i: &usize, j: &usize| compare_vertices(positions, attributes, *i, *j);
+    let a = least(positions, attributes);
     let pa = projective(positions[a]);
     let exact = |p: [f64; 3]| p.map(Dyadic::from_f64);
     let greatest = |measure: &dyn Fn(usize) -> (f64, f64), surely: &dyn Fn(usize) -> Dyadic| {
@@ -98,6 +98,7 @@ pub(crate) fn divided([x, y, _, w]: [f64; 4]) -> [f64; 3] {
     [x / w, y / w, 1.0]
 }
 
+#[inline(always)]
 pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
@@ -119,17 +120,17 @@ fn length_squared(v: [f64; 3], a: [f64; 3], b: [f64; 3]) -> (f64, f64) {
     (square, 3.0 * (2.0 * 2.0 * scale * 4.0 * U * scale) + 8.0 * U * square + TINY)
 }
 
-fn compare_vertices<V: Polygon + ?Sized>(
+fn compare_vertices(
     positions: &[[f64; 4]],
-    polygon: &V,
+    attributes: &dyn Attributes,
     i: usize,
     j: usize,
 ) -> Ordering {
     let (p, q) = (positions[i], positions[j]);
     // Positions are finite; zeros of either sign are the same.
     p.partial_cmp(&q).unwrap_or(Ordering::Equal).then_with(|| {
-        (0..polygon.attribute_count())
-            .map(|k| polygon.attribute(i, k).total_cmp(&polygon.attribute(j, k)))
+        (0..attributes.count())
+            .map(|k| attributes.attribute(i, k).total_cmp(&attributes.attribute(j, k)))
             .find(|order| order.is_ne())
             .unwrap_or(Ordering::Equal)
     })
@@ -179,8 +180,7 @@ impl AffineFrame {
             return true;
         }
         let (mut low, mut high) = (positions[0], positions[0]);
-        for i in 1..positions.len() {
-            let p = positions[i];
+        for p in &positions[1..] {
             low = core::array::from_fn(|k| low[k].min(p[k]));
             high = core::array::from_fn(|k| high[k].max(p[k]));
         }
@@ -208,6 +208,7 @@ impl AffineFrame {
     }
 }
 
+#[inline(always)]
 pub(crate) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }

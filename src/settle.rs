@@ -1,0 +1,182 @@
+//! Values found one at a time: exactly, along edges and across spans, or at the nearest corner.
+//!
+//! What the X loop cannot tell comes here. It does not depend on the instruction set, and is
+//! compiled once.
+
+use alloc::vec::Vec;
+use core::cmp::Ordering;
+
+use crate::across::{Carried, Corners};
+use crate::clip::{Clipped, Clipper, VertexArrays};
+use crate::divide::{ScreenVertex, divide};
+use crate::edge::Span;
+use crate::fixed::power_of_two;
+use crate::gradient::frame::U;
+use crate::gradient::{Affine, Field, Gradients, Quantity, Subject, nearest_f32};
+use crate::shade::BLOCK;
+use crate::varying::{CANONICAL_NAN, Interpolation};
+
+/// base + t, and the two ends of Ziv's test, relatively.
+pub(crate) const SUM_ERROR: f64 = 3.0 * U;
+
+/// Room for what a bound of first order leaves out, where Q is off by 1/256 at most.
+pub(crate) const SECOND_ORDER: f64 = 1.01;
+
+/// A polygon that is walked, and where.
+pub(crate) struct Walked<'a> {
+    pub(crate) subject: &'a Subject<'a>,
+    pub(crate) gradients: &'a mut Gradients,
+    clipper: &'a mut Clipper,
+    /// Values that exact arithmetic found.
+    pub(crate) exact_values: u64,
+    /// The clipped polygon with all its attributes, made when first needed.
+    corners: Option<(VertexArrays, Vec<ScreenVertex>)>,
+    /// Offset of the block's first lane from the anchor.
+    pub(crate) u: i32,
+    pub(crate) v: i32,
+}
+
+impl<'a> Walked<'a> {
+    pub(crate) fn new(
+        subject: &'a Subject<'a>,
+        gradients: &'a mut Gradients,
+        clipper: &'a mut Clipper,
+    ) -> Self {
+        Self { subject, gradients, clipper, exact_values: 0, corners: None, u: 0, v: 0 }
+    }
+
+    /// The last resort, for some pixels.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn settle_lanes(
+        &mut self,
+        quantity: Quantity,
+        span: &Span,
+        mask: u16,
+        out: &mut [f32; BLOCK],
+    ) {
+        let mut left = mask;
+        while left != 0 {
+            let lane = left.trailing_zeros();
+            left &= left - 1;
+            let u = self.u + i32::try_from(lane).unwrap_or(0);
+            out[lane as usize] = self.settle(quantity, span, u);
+        }
+    }
+
+    /// Along the edges of `span` and across it; and the lanes at which that is surely rounded
+    /// right.
+    #[inline(never)]
+    pub(crate) fn across(
+        &mut self,
+        carried: Carried,
+        range: [f32; 2],
+        span: &Span,
+        out: &mut [f32; BLOCK],
+    ) -> u16 {
+        let [x, y] = self.centre(self.u);
+        let scale = power_of_two(self.subject.exponent);
+        let row = self.corners().row(carried, span, y);
+        let (mut value, mut error) = ([0.0; BLOCK], [0.0; BLOCK]);
+        for (lane, offset) in (0_i32..).enumerate().take(BLOCK) {
+            (value[lane], error[lane]) = row.at(x + f64::from(offset));
+        }
+        let scale = match carried {
+            Carried::W => scale,
+            Carried::InvW => 1.0 / scale,
+            _ => 1.0,
+        };
+        let mut certain = 0;
+        for lane in 0..BLOCK {
+            let (value, error) = (value[lane] * scale, error[lane] * scale);
+            let error = error * SECOND_ORDER + SUM_ERROR * value.abs();
+            // As in the X loop, one lane at a time.
+            let low = clamp(nearest_f32(value - error + 0.0), range);
+            let high = clamp(nearest_f32(value + error + 0.0), range);
+            out[lane] = low;
+            let same = low.to_bits() == high.to_bits() && error < f64::INFINITY;
+            certain |= u16::from(same) << lane;
+        }
+        certain
+    }
+
+    /// The centre of the pixel in column `u` from the anchor of this row.
+    fn centre(&self, u: i32) -> [f64; 2] {
+        let [anchor_x, anchor_y] = self.gradients.anchor.pixel;
+        [u + anchor_x, self.v + anchor_y].map(|c| f64::from(c) + 0.5)
+    }
+
+    /// The correctly rounded value at one pixel.
+    fn settle(&mut self, quantity: Quantity, span: &Span, u: i32) -> f32 {
+        self.exact_values += 1;
+        match self.gradients.field(quantity).copied() {
+            None => CANONICAL_NAN,
+            Some(Field::Constant(value)) => value,
+            Some(Field::Across(carried, range)) => {
+                let (centre, exponent) = (self.centre(u), self.subject.exponent);
+                clamp(self.corners().exact_value(carried, span, centre, exponent), range)
+            }
+            Some(Field::Affine(Affine { range, .. })) => {
+                let value = self.gradients.exact_value(self.subject, quantity, u, self.v);
+                clamp(value.unwrap_or_else(|| self.nearest_corner(quantity, u)), range)
+            }
+        }
+    }
+
+    /// The clipped polygon with all its attributes.
+    fn corners(&mut self) -> Corners<'_> {
+        let (subject, clipper) = (self.subject, &mut *self.clipper);
+        let (arrays, screen) = self.corners.get_or_insert_with(|| {
+            let attributes = subject.wanted.attributes;
+            let mut arrays = VertexArrays::new(attributes);
+            for k in 0..attributes {
+                if subject.interpolation_of(k) == Interpolation::NoPerspective {
+                    arrays.set_noperspective(k);
+                }
+            }
+            for (i, position) in subject.positions.iter().enumerate() {
+                let values = (0..attributes).map(|k| f64::from(subject.attributes.attribute(i, k)));
+                arrays.push(*position, values);
+            }
+            let mut screen = Vec::new();
+            if clipper.clip(&mut arrays) != Clipped::Outside {
+                divide(arrays.positions(), subject.viewport, &mut screen);
+            }
+            (arrays, screen)
+        });
+        Corners { arrays, screen }
+    }
+
+    /// The value at the clipped vertex nearest to the pixel's centre; of two, at the least by
+    /// position.
+    fn nearest_corner(&mut self, quantity: Quantity, u: i32) -> f32 {
+        let (centre, subject) = (self.centre(u), self.subject);
+        let Corners { arrays, screen } = self.corners();
+        let distance = |vertex: &ScreenVertex| {
+            let [x, y] = [0, 1].map(|k| vertex.framebuffer[k] - centre[k]);
+            x * x + y * y
+        };
+        let order = |a: &&ScreenVertex, b: &&ScreenVertex| {
+            let position = |v: &ScreenVertex| arrays.position(v.vertex as usize);
+            distance(a)
+                .total_cmp(&distance(b))
+                .then_with(|| position(a).partial_cmp(&position(b)).unwrap_or(Ordering::Equal))
+        };
+        let Some(nearest) = screen.iter().min_by(order) else { return 0.0 };
+        let i = nearest.vertex as usize;
+        let [_, _, _, w] = arrays.position(i);
+        let scale = power_of_two(subject.exponent);
+        nearest_f32(match quantity {
+            Quantity::W => w * scale,
+            Quantity::InvW => 1.0 / (w * scale),
+            Quantity::Depth => subject.depth_numerator(arrays.position(i)) / w,
+            Quantity::Attribute(k) => arrays.attributes(i)[k],
+        })
+    }
+}
+
+/// `value` within `range`: see [`clamp_lanes`](crate::lanes::clamp_lanes).
+fn clamp(value: f32, [low, high]: [f32; 2]) -> f32 {
+    let value = if value > low { value } else { low };
+    if value > high { high } else { value }
+}
