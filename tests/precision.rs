@@ -99,10 +99,10 @@ fn precision_of_clipped_polygons_is_that_of_the_plane_as_given() {
 #[test]
 fn precision_of_what_is_not_affine_is_that_of_edges_and_spans() {
     let compared = Compared::default();
-    let cases = check(file!(), "precision_of_loose", 600, &loose_polygons(), |(view, poly)| {
+    let cases = check(file!(), "precision_of_loose", 2000, &loose_polygons(), |(view, poly)| {
         agrees(&view, &poly, &compared)
     });
-    compared.across.report("along edges and across spans", 200 * cases);
+    compared.across.report("along edges and across spans", 50 * cases);
     compared.left_out.report("values left out", 0);
 }
 
