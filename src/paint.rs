@@ -5,12 +5,13 @@
 
 use alloc::vec::Vec;
 
-use fearless_simd::{Simd, SimdBase, SimdMask};
+use fearless_simd::{Level, Simd, SimdBase, SimdMask, dispatch};
 
 use crate::depth::{Compare, DepthSource, DepthTest};
 use crate::edge::Span;
 use crate::gradient::Quantity;
 use crate::lanes::{Narrow, low_bits};
+use crate::settle::Walked;
 use crate::shade::{BLOCK, Block, Inputs, Shader};
 use crate::span::SpanWalker;
 use crate::target::{DepthBuffer, Target};
@@ -28,10 +29,32 @@ pub(crate) struct Placement {
     pub(crate) test: DepthTest,
 }
 
-/// Walks `spans`, block by block: depth, then attributes, then the shader. Returns how many
-/// pixels were shaded.
+/// Paints on the instruction set `simd`. Returns how many pixels were shaded, and how many values
+/// were found by exact arithmetic.
+///
+/// Not part of the caller, which is compiled for each kind of polygon: this is only for each
+/// shader and target.
+#[expect(clippy::too_many_arguments, reason = "a room's door: what comes in, and where to")]
+#[inline(never)]
+pub(crate) fn paint<S: Shader, T: Target<Pixel = S::Pixel>>(
+    level: Level,
+    walked: Walked<'_>,
+    spans: &[Span],
+    place: Placement,
+    attributes: &mut Vec<[f32; BLOCK]>,
+    shader: &mut S,
+    target: &mut T,
+    depth: Option<&mut DepthBuffer<'_>>,
+) -> (u64, u64) {
+    dispatch!(level, simd => {
+        let walker = SpanWalker::new(simd, walked);
+        paint_blocks(walker, spans, place, attributes, shader, target, depth)
+    })
+}
+
+/// Walks `spans`, block by block: depth, then attributes, then the shader.
 #[inline(always)]
-pub(crate) fn paint<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
+fn paint_blocks<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
     mut walker: SpanWalker<'_, L>,
     spans: &[Span],
     place: Placement,

@@ -2,8 +2,6 @@
 
 use alloc::vec::Vec;
 
-use fearless_simd::dispatch;
-
 use crate::clip::{ClipPlane, Clipped, Clipper, VertexArrays};
 use crate::depth::{DepthSource, DepthTest};
 use crate::divide::{ScreenVertex, divide, snapped_area};
@@ -16,7 +14,6 @@ use crate::settle::Walked;
 use crate::shade::{BLOCK, Shader};
 use crate::simd::Simd;
 use crate::space::{PixelRect, Viewport};
-use crate::span::SpanWalker;
 use crate::stats::Stats;
 use crate::target::{DepthBuffer, Plane, Target};
 use crate::varying::Interpolation;
@@ -194,7 +191,6 @@ impl Tiler {
     }
 
     /// The pipeline.
-    #[inline(always)]
     fn take_through<V, S, T>(
         &mut self,
         polygon: &V,
@@ -257,10 +253,8 @@ impl Tiler {
             test: self.depth_test,
         };
         let walked = Walked::new(&subject, gradients, &mut self.clipper);
-        let (shaded, exact_values) = dispatch!(self.simd.0, simd => {
-            let walker = SpanWalker::new(simd, walked);
-            paint(walker, spans, place, attributes, shader, target, depth)
-        });
+        let (shaded, exact_values) =
+            paint(self.simd.0, walked, spans, place, attributes, shader, target, depth);
         self.stats.spans += spans.len() as u64;
         self.stats.pixels_covered += found.pixels;
         self.stats.pixels_shaded += shaded;
