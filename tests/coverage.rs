@@ -328,10 +328,12 @@ fn coverage_of_clipped_triangles_is_that_of_the_exact_clipper() {
     pixels.report("their pixels", 30 * cases);
 }
 
-/// Triangles that reach out of the guard band by any factor, up to the end of f32's range.
+/// Triangles that reach out of the guard band, up to 10^8 times w: beyond that an
+/// edge from one giant to another is known in f64 to less than the tolerance here
+/// (docs/precision.md). Covers of any size are in tests/nasty.rs.
 fn giants() -> impl Strategy<Value = (View, Poly)> {
     let exponents =
-        prop_oneof![Just([0_i32, 20, 20]), [0..6_i32, 0..12, 0..20], [0..38_i32, 0..38, 0..38]];
+        prop_oneof![Just([0_i32, 7, 7]), [0..3_i32, 0..6, 0..8], [0..8_i32, 0..8, 0..8]];
     let mantissas = [-3.0..3.0, -3.0..3.0, 0.0..1.0, 0.1..1.0_f64];
     let vertices = [mantissas.clone(), mantissas.clone(), mantissas];
     (exponents, vertices, any::<bool>()).prop_map(|(exponents, vertices, through)| {
