@@ -288,7 +288,7 @@ fn total_for_any_settings() {
         },
     );
     drawn.report("polygons drawn", cases / 10);
-    pixels.report("pixels", 2 * cases);
+    pixels.report("pixels", cases);
 }
 
 /// Many polygons by one tiler: the counts are sums, and reset is reset.
