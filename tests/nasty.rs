@@ -469,3 +469,21 @@ fn nasty_empty_targets_and_viewports() {
     let one = View::whole(Viewport::new(-3, 9, 1, 1).expect("small"));
     assert_eq!(probe::coverage(&one, &with_uv(&B)), [(-3, 9)]);
 }
+
+/// A target without bounds, as far as can be from the viewport.
+#[test]
+fn nasty_origins() {
+    let cover = [[-1.0, -1.0, 0.5, 1.0], [3.0, -1.0, 0.5, 1.0], [-1.0, 3.0, 0.5, 1.0]];
+    let cover = Poly::bare(&cover);
+    for place in [0, 100, i32::MIN, i32::MAX - 64, i32::MAX - 3] {
+        for origin in [i32::MIN, -1, 0, i32::MAX] {
+            let mut tiler = Tiler::new(Viewport::new(place, place, 64, 64).expect("small"));
+            tiler.set_origin(origin, origin);
+            let mut pixels = 0;
+            tiler.draw(&cover, &mut |_: &Fragment<'_>| pixels += 1, &mut (), None);
+            let end = place.saturating_add(64);
+            let side = if origin < end { end - place.max(origin) } else { 0 };
+            assert_eq!(pixels, side * side, "{place} from {origin}");
+        }
+    }
+}

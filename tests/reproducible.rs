@@ -9,9 +9,10 @@ use std::collections::BTreeMap;
 use hyperspan::depth::{Compare, DepthSource, DepthTest};
 use hyperspan::polygon::{Indexed, Strided, Vertex};
 use hyperspan::shade::{BLOCK, Block, Fragment, Inputs, Shader};
+use hyperspan::simd::Simd;
 use hyperspan::space::PixelRect;
 use hyperspan::target::Plane;
-use hyperspan::tiler::Tiler;
+use hyperspan::tiler::{Precision, Tiler};
 use hyperspan::varying::Interpolation;
 use oracle::Poly;
 use oracle::probe::{self, Picture, Sheet, View};
@@ -137,6 +138,28 @@ fn reproducible_at_any_scale() {
     tally.report("pixels compared", 30 * cases);
 }
 
+/// Every instruction set that the machine has, in both precisions.
+#[test]
+fn reproducible_with_any_instruction_set() {
+    let tally = Tally::default();
+    let cases = check(file!(), "reproducible_simd", 3000, &anything(), |(view, poly)| {
+        for precision in [Precision::Exact, Precision::Fast] {
+            let view = View { precision, ..view.clone() };
+            let mut scalar = view.tiler();
+            scalar.set_simd(Simd::scalar());
+            let right = probe::draw_with(&mut scalar, &view, &poly).1;
+            tally.add(right.len());
+            for (name, simd) in Simd::all() {
+                let mut tiler = view.tiler();
+                tiler.set_simd(simd);
+                same(&right, &probe::draw_with(&mut tiler, &view, &poly).1, name)?;
+            }
+        }
+        Ok(())
+    });
+    tally.report("pixels compared", 30 * cases);
+}
+
 /// One tiler for many polygons and targets: each comes out as from a fresh one.
 #[test]
 fn reproducible_whatever_was_drawn_before() {
@@ -147,7 +170,7 @@ fn reproducible_whatever_was_drawn_before() {
         let viewport = list[0].0.viewport;
         let views: Vec<View> = list.iter().map(|(v, _)| View { viewport, ..v.clone() }).collect();
         let mut tiler = Tiler::new(viewport);
-        tiler.set_precision(hyperspan::tiler::Precision::Exact);
+        tiler.set_precision(Precision::Exact);
         for _ in 0..2 {
             for (view, (_, poly)) in views.iter().zip(&list) {
                 tiler
