@@ -219,7 +219,7 @@ impl TargetRun {
         compare: Compare,
     ) -> u16 {
         let row = buffer.row(self.y);
-        let whole = usize::try_from(self.x - self.origin_x).ok();
+        let whole = usize::try_from(self.x.wrapping_sub(self.origin_x)).ok();
         let stored = whole.and_then(|start| row.get(start..)?.first_chunk::<BLOCK>());
         let mut part = [0.0; BLOCK];
         let stored = stored.unwrap_or_else(|| {
@@ -236,7 +236,7 @@ impl TargetRun {
     /// The target's column of lane `lane`, which lies in it.
     #[inline(always)]
     fn column(self, lane: usize) -> usize {
-        (self.x - self.origin_x)
+        (self.x.wrapping_sub(self.origin_x))
             .wrapping_add_unsigned(u32::try_from(lane).unwrap_or(0))
             .unsigned_abs() as usize
     }
