@@ -93,7 +93,9 @@ fn paint_blocks<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
                     run.write(buffer, kept, lanes.of(test.source));
                 }
             }
-            x += BLOCK_COLUMNS;
+            // The last block of all columns ends where i32 does.
+            let Some(next) = x.checked_add(BLOCK_COLUMNS) else { break };
+            x = next;
         }
     }
     (shaded, walker.exact_values())
