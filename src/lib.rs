@@ -61,6 +61,7 @@ mod gradient;
 pub mod shade;
 mod settle;
 mod lanes;
+mod patch;
 mod span;
 pub mod depth;
 pub mod texture;

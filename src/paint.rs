@@ -11,15 +11,23 @@ use crate::depth::{Compare, DepthSource, DepthTest};
 use crate::edge::Span;
 use crate::gradient::Quantity;
 use crate::lanes::{Narrow, low_bits};
+use crate::patch::{Patch, Patches};
 use crate::settle::Walked;
-use crate::shade::{BLOCK, Block, Inputs, Shader};
-use crate::span::SpanWalker;
-use crate::target::{DepthBuffer, Target};
+use crate::shade::{BLOCK, Block, Shader};
+use crate::span::{Place, Walker};
+use crate::target::{DepthBuffer, Target, copy_run};
 
 /// Columns of a block.
 const BLOCK_COLUMNS: i32 = BLOCK as i32;
 
-/// Where a polygon's spans are drawn, and how.
+/// The covered pixels of a polygon.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Covered<'a> {
+    Spans(&'a [Span]),
+    Patches(&'a Patches),
+}
+
+/// Where a polygon's pixels are drawn, and how.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placement {
     /// The framebuffer position of the viewport's corner, from which spans count.
@@ -29,8 +37,8 @@ pub(crate) struct Placement {
     pub(crate) test: DepthTest,
 }
 
-/// Paints on the instruction set `simd`. Returns how many pixels were shaded, and how many values
-/// were found by exact arithmetic.
+/// Paints on the instruction set `level`. Returns how many pixels were shaded, and how many
+/// values were found by exact arithmetic.
 ///
 /// Not part of the caller, which is compiled for each kind of polygon: this is only for each
 /// shader and target.
@@ -39,55 +47,60 @@ pub(crate) struct Placement {
 pub(crate) fn paint<S: Shader, T: Target<Pixel = S::Pixel>>(
     level: Level,
     walked: Walked<'_>,
-    spans: &[Span],
+    covered: Covered<'_>,
     place: Placement,
     attributes: &mut Vec<[f32; BLOCK]>,
     shader: &mut S,
     target: &mut T,
     depth: Option<&mut DepthBuffer<'_>>,
 ) -> (u64, u64) {
-    dispatch!(level, simd => {
-        let walker = SpanWalker::new(simd, walked);
-        paint_blocks(walker, spans, place, attributes, shader, target, depth)
+    let canvas = Canvas { place, shader, target, depth, shaded: 0 };
+    let lanes = Lanes { depth: [0.0; BLOCK], inv_w: [0.0; BLOCK], w: [0.0; BLOCK], attributes };
+    dispatch!(level, simd => match covered {
+        Covered::Spans(spans) => paint_spans(Walker::along_spans(simd, walked), spans, lanes, canvas),
+        Covered::Patches(patches) => {
+            paint_patches(Walker::over_patches(simd, walked), patches, lanes, canvas)
+        }
     })
 }
 
-/// Walks `spans`, block by block: depth, then attributes, then the shader.
-#[inline(always)]
-fn paint_blocks<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
-    mut walker: SpanWalker<'_, L>,
-    spans: &[Span],
+/// What is drawn on, and with what.
+struct Canvas<'a, 'd, S, T> {
     place: Placement,
-    attributes: &mut Vec<[f32; BLOCK]>,
-    shader: &mut S,
-    target: &mut T,
-    mut depth: Option<&mut DepthBuffer<'_>>,
+    shader: &'a mut S,
+    target: &'a mut T,
+    depth: Option<&'a mut DepthBuffer<'d>>,
+    /// Pixels that passed the depth test.
+    shaded: u64,
+}
+
+/// Walks `spans`, 16 columns at a time: depth, then attributes, then the shader.
+#[inline(always)]
+fn paint_spans<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
+    mut walker: Walker<'_, L, crate::span::InRow<L>>,
+    spans: &[Span],
+    mut lanes: Lanes<'_>,
+    mut canvas: Canvas<'_, '_, S, T>,
 ) -> (u64, u64) {
-    let Placement { corner, origin, test } = place;
-    let tested = depth.is_some().then_some(test.source);
-    let mut lanes = Lanes { depth: [0.0; BLOCK], inv_w: [0.0; BLOCK], w: [0.0; BLOCK], attributes };
-    let mut shaded = 0_u64;
+    let Placement { corner, origin, test } = canvas.place;
     for span in spans {
         let y = span.row + corner[1];
         let (start, end) = (span.start + corner[0], span.end + corner[0]);
-        let target_y = y.abs_diff(origin[1]);
         let mut x = start & !(BLOCK_COLUMNS - 1);
         while x < end {
             let mut mask = lanes_between(start - x, end - x);
             walker.seek(x, y);
-            let run = TargetRun { x, y: target_y, origin_x: origin[0] };
-            if let Some(buffer) = depth.as_deref() {
-                let found = lanes.tested(&mut walker, test.source, span, mask);
+            let run = TargetRun { x, y: y.abs_diff(origin[1]), origin_x: origin[0] };
+            if let Some(buffer) = canvas.depth.as_deref() {
+                let found = lanes.tested(&mut walker, test.source, Some(span), mask);
                 mask &= run.passing(walker.simd, buffer, mask, found, test.compare);
             }
             if mask != 0 {
-                shaded += u64::from(mask.count_ones());
-                walker.prepare_attributes(lanes.attributes);
-                lanes.find(&mut walker, S::INPUTS, tested, span, mask);
                 let mut pixels = [S::Pixel::default(); BLOCK];
-                let kept = shader.shade(&lanes.block(x, y, mask), &mut pixels) & mask;
-                run.write(target, kept, &pixels);
-                if let Some(buffer) = depth.as_deref_mut()
+                let block = BlockAt { first: [x, y], columns: 16, span: Some(span), mask };
+                let kept = canvas.shade(&mut walker, &mut lanes, block, &mut pixels);
+                run.write(canvas.target, kept, &pixels);
+                if let Some(buffer) = canvas.depth.as_deref_mut()
                     && test.write
                 {
                     run.write(buffer, kept, lanes.of(test.source));
@@ -98,7 +111,125 @@ fn paint_blocks<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
             x = next;
         }
     }
-    (shaded, walker.exact_values())
+    (canvas.shaded, walker.exact_values())
+}
+
+/// The same, patch by patch.
+#[inline(always)]
+fn paint_patches<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
+    mut walker: Walker<'_, L, crate::span::InPatch<L>>,
+    patches: &Patches,
+    mut lanes: Lanes<'_>,
+    mut canvas: Canvas<'_, '_, S, T>,
+) -> (u64, u64) {
+    let Placement { origin, test, .. } = canvas.place;
+    for patch in patches.iter() {
+        let Patch { first, columns, mut mask, .. } = patch;
+        walker.seek(patch);
+        if let Some(buffer) = canvas.depth.as_deref() {
+            let found = lanes.tested(&mut walker, test.source, None, mask);
+            let mut stored = [0.0; BLOCK];
+            for (run, at, length) in runs(patch, mask, origin) {
+                let column = run.column(at);
+                let row = &buffer.row(run.y)[column..column + length];
+                copy_run(row, &mut stored[at..at + length]);
+            }
+            mask &= passing_lanes(
+                test.compare,
+                Narrow::load_array_ref(walker.simd, found),
+                Narrow::load_array_ref(walker.simd, &stored),
+            );
+        }
+        if mask == 0 {
+            continue;
+        }
+        let mut pixels = [S::Pixel::default(); BLOCK];
+        let block = BlockAt { first, columns, span: None, mask };
+        let kept = canvas.shade(&mut walker, &mut lanes, block, &mut pixels);
+        for (run, at, length) in runs(patch, kept, origin) {
+            run.write_one(canvas.target, at, &pixels[at..at + length]);
+            if let Some(buffer) = canvas.depth.as_deref_mut()
+                && test.write
+            {
+                run.write_one(buffer, at, &lanes.of(test.source)[at..at + length]);
+            }
+        }
+    }
+    (canvas.shaded, walker.exact_values())
+}
+
+/// The runs of the lanes of `mask` in the rows of `patch`: where the row lies in the target as
+/// lane 0 of a block would, first lane and length.
+#[inline(always)]
+fn runs(
+    patch: Patch,
+    mask: u16,
+    origin: [i32; 2],
+) -> impl Iterator<Item = (TargetRun, usize, usize)> {
+    let mut left = mask;
+    core::iter::from_fn(move || {
+        if left == 0 {
+            return None;
+        }
+        let at = left.trailing_zeros();
+        let at_16 = u16::try_from(at).unwrap_or(0);
+        let row = at_16 / patch.columns;
+        let rest_of_row = (row + 1) * patch.columns - at_16;
+        let length = (left >> at).trailing_ones().min(rest_of_row.into());
+        // In two shifts: the run may be all 16.
+        left &= !((u16::MAX >> (16 - length)) << at);
+        let [x, y] = patch.first;
+        let y = y.wrapping_add(i32::from(row)).abs_diff(origin[1]);
+        let x = x.wrapping_sub(i32::from(row * patch.columns));
+        let run = TargetRun { x, y, origin_x: origin[0] };
+        Some((run, at as usize, length as usize))
+    })
+}
+
+/// Where a block is, and which of its lanes are drawn.
+#[derive(Clone, Copy)]
+struct BlockAt<'a> {
+    first: [i32; 2],
+    columns: u16,
+    span: Option<&'a Span>,
+    mask: u16,
+}
+
+impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, '_, S, T> {
+    /// Shades the lanes of `block` that passed the depth test, and tells which are kept.
+    #[inline(always)]
+    fn shade<L: Simd, P: Place<L>>(
+        &mut self,
+        walker: &mut Walker<'_, L, P>,
+        lanes: &mut Lanes<'_>,
+        block: BlockAt<'_>,
+        pixels: &mut [S::Pixel; BLOCK],
+    ) -> u16 {
+        let BlockAt { first, columns, span, mask } = block;
+        self.shaded += u64::from(mask.count_ones());
+        let tested = self.depth.is_some().then_some(self.place.test.source);
+        let inputs = S::INPUTS;
+        if inputs.depth && tested != Some(DepthSource::Z) {
+            walker.evaluate(Quantity::Depth, span, mask, &mut lanes.depth);
+        }
+        if inputs.inv_w && tested != Some(DepthSource::InvW) {
+            walker.evaluate(Quantity::InvW, span, mask, &mut lanes.inv_w);
+        }
+        if inputs.w {
+            walker.evaluate(Quantity::W, span, mask, &mut lanes.w);
+        }
+        if inputs.attributes > 0 {
+            walker.prepare_attributes(lanes.attributes);
+            for (k, attribute) in lanes.attributes.iter_mut().enumerate() {
+                if !walker.is_constant(k) {
+                    walker.evaluate(Quantity::Attribute(k), span, mask, attribute);
+                }
+            }
+        }
+        let Lanes { depth, inv_w, w, attributes } = lanes;
+        self.shader.shade(&Block { first, columns, mask, depth, inv_w, w, attributes }, pixels)
+            & mask
+    }
 }
 
 /// The lanes `start..end` of a block; what lies beyond the block is cut.
@@ -119,11 +250,11 @@ struct Lanes<'a> {
 impl Lanes<'_> {
     /// What the depth test compares.
     #[inline(always)]
-    fn tested<L: Simd>(
+    fn tested<L: Simd, P: Place<L>>(
         &mut self,
-        walker: &mut SpanWalker<'_, L>,
+        walker: &mut Walker<'_, L, P>,
         source: DepthSource,
-        span: &Span,
+        span: Option<&Span>,
         mask: u16,
     ) -> &[f32; BLOCK] {
         let (quantity, lanes) = match source {
@@ -134,53 +265,12 @@ impl Lanes<'_> {
         lanes
     }
 
-    /// Everything that the shader reads and the depth test has not found.
-    #[inline(always)]
-    fn find<L: Simd>(
-        &mut self,
-        walker: &mut SpanWalker<'_, L>,
-        inputs: Inputs,
-        tested: Option<DepthSource>,
-        span: &Span,
-        mask: u16,
-    ) {
-        // One loop, so that the code is there once.
-        for k in 0..self.attributes.len() + 3 {
-            let (quantity, lanes) = match k {
-                0 if inputs.depth && tested != Some(DepthSource::Z) => {
-                    (Quantity::Depth, &mut self.depth)
-                }
-                1 if inputs.inv_w && tested != Some(DepthSource::InvW) => {
-                    (Quantity::InvW, &mut self.inv_w)
-                }
-                2 if inputs.w => (Quantity::W, &mut self.w),
-                0..3 => continue,
-                _ if walker.is_constant(k - 3) => continue,
-                _ => (Quantity::Attribute(k - 3), &mut self.attributes[k - 3]),
-            };
-            walker.evaluate(quantity, span, mask, lanes);
-        }
-    }
-
     /// What the depth test found, to be stored.
     #[inline(always)]
     fn of(&self, source: DepthSource) -> &[f32; BLOCK] {
         match source {
             DepthSource::Z => &self.depth,
             DepthSource::InvW => &self.inv_w,
-        }
-    }
-
-    #[inline(always)]
-    fn block(&self, x: i32, y: i32, mask: u16) -> Block<'_> {
-        Block {
-            x,
-            y,
-            mask,
-            depth: &self.depth,
-            inv_w: &self.inv_w,
-            w: &self.w,
-            attributes: self.attributes,
         }
     }
 }
@@ -201,7 +291,7 @@ fn passing_lanes<L: Simd>(compare: Compare, new: Narrow<L>, stored: Narrow<L>) -
     low_bits(lanes.to_bitmask())
 }
 
-/// Where a block lies in the target: its row there, and its first column in the framebuffer.
+/// Where lane 0 lies: its row in the target, and its column in the framebuffer.
 #[derive(Clone, Copy)]
 struct TargetRun {
     x: i32,
@@ -228,7 +318,7 @@ impl TargetRun {
             let first = mask.trailing_zeros() as usize;
             let last = BLOCK - mask.leading_zeros() as usize;
             let start = self.column(first);
-            part[first..last].copy_from_slice(&row[start..start + last - first]);
+            copy_run(&row[start..start + last - first], &mut part[first..last]);
             &part
         });
         let new = Narrow::load_array_ref(simd, depth);
@@ -243,18 +333,24 @@ impl TargetRun {
             .unsigned_abs() as usize
     }
 
+    /// Hands `run`, which begins at lane `lane`, to the target.
+    #[inline(always)]
+    fn write_one<T: Target>(self, target: &mut T, lane: usize, run: &[T::Pixel]) {
+        target.write(u32::try_from(self.column(lane)).unwrap_or(u32::MAX), self.y, run);
+    }
+
     /// Hands the lanes of `mask` to the target, run by run.
     #[inline(always)]
     fn write<T: Target>(self, target: &mut T, mask: u16, pixels: &[T::Pixel; BLOCK]) {
+        if mask == u16::MAX {
+            return self.write_one(target, 0, pixels);
+        }
         let mut left = mask;
         while left != 0 {
             let first = left.trailing_zeros();
             let count = (left >> first).trailing_ones();
-            let run = &pixels[first as usize..(first + count) as usize];
-            let column = self.column(first as usize);
-            target.write(u32::try_from(column).unwrap_or(u32::MAX), self.y, run);
-            // In two shifts: the run may be all 16.
-            left &= (u16::MAX << (first + count - 1)) << 1;
+            self.write_one(target, first as usize, &pixels[first as usize..(first + count) as usize]);
+            left &= u16::MAX << (first + count - 1) << 1;
         }
     }
 }

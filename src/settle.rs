@@ -12,7 +12,7 @@ use crate::divide::{ScreenVertex, divide};
 use crate::edge::Span;
 use crate::fixed::power_of_two;
 use crate::gradient::frame::U;
-use crate::gradient::{Affine, Field, Gradients, Quantity, Subject, nearest_f32};
+use crate::gradient::{Field, Gradients, Plain, Quantity, Strict, Subject, nearest_f32};
 use crate::shade::BLOCK;
 use crate::varying::{CANONICAL_NAN, Interpolation};
 
@@ -34,6 +34,8 @@ pub(crate) struct Walked<'a> {
     /// Offset of the block's first lane from the anchor.
     pub(crate) u: i32,
     pub(crate) v: i32,
+    /// After so many lanes the next row begins.
+    pub(crate) columns: u16,
 }
 
 impl<'a> Walked<'a> {
@@ -42,7 +44,7 @@ impl<'a> Walked<'a> {
         gradients: &'a mut Gradients,
         clipper: &'a mut Clipper,
     ) -> Self {
-        Self { subject, gradients, clipper, exact_values: 0, corners: None, u: 0, v: 0 }
+        Self { subject, gradients, clipper, exact_values: 0, corners: None, u: 0, v: 0, columns: 16 }
     }
 
     /// The last resort, for some pixels.
@@ -51,17 +53,27 @@ impl<'a> Walked<'a> {
     pub(crate) fn settle_lanes(
         &mut self,
         quantity: Quantity,
-        span: &Span,
+        span: Option<&Span>,
         mask: u16,
         out: &mut [f32; BLOCK],
     ) {
-        let mut left = mask;
-        while left != 0 {
-            let lane = left.trailing_zeros();
-            left &= left - 1;
-            let u = self.u + i32::try_from(lane).unwrap_or(0);
-            out[lane as usize] = self.settle(quantity, span, u);
+        let [u, v] = [self.u, self.v];
+        for lane in (0..16_u16).filter(|lane| mask >> lane & 1 != 0) {
+            let (column, row) = (lane % self.columns, lane / self.columns);
+            let pixel = [u + i32::from(column), v + i32::from(row)];
+            out[usize::from(lane)] = self.settle(quantity, span, pixel);
         }
+    }
+
+    /// Sets the attributes up, and fills in those that are constant.
+    #[inline(never)]
+    pub(crate) fn set_attributes(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
+        self.gradients.set_attributes(self.subject);
+        lanes.clear();
+        lanes.extend(self.gradients.attributes.iter().map(|field| match field {
+            Field::Constant(value) => [*value; BLOCK],
+            _ => [0.0; BLOCK],
+        }));
     }
 
     /// Along the edges of `span` and across it; and the lanes at which that is surely rounded
@@ -71,10 +83,12 @@ impl<'a> Walked<'a> {
         &mut self,
         carried: Carried,
         range: [f32; 2],
-        span: &Span,
+        span: Option<&Span>,
         out: &mut [f32; BLOCK],
     ) -> u16 {
-        let [x, y] = self.centre(self.u);
+        // Only polygons that are drawn by spans carry anything across them.
+        let Some(span) = span else { return 0 };
+        let [x, y] = self.centre([self.u, self.v]);
         let scale = power_of_two(self.subject.exponent);
         let row = self.corners().row(carried, span, y);
         let (mut value, mut error) = ([0.0; BLOCK], [0.0; BLOCK]);
@@ -100,25 +114,26 @@ impl<'a> Walked<'a> {
         certain
     }
 
-    /// The centre of the pixel in column `u` from the anchor of this row.
-    fn centre(&self, u: i32) -> [f64; 2] {
+    /// The centre of the pixel at the offset `u`, `v` from the anchor.
+    fn centre(&self, [u, v]: [i32; 2]) -> [f64; 2] {
         let [anchor_x, anchor_y] = self.gradients.anchor.pixel;
-        [u + anchor_x, self.v + anchor_y].map(|c| f64::from(c) + 0.5)
+        [u + anchor_x, v + anchor_y].map(|c| f64::from(c) + 0.5)
     }
 
-    /// The correctly rounded value at one pixel.
-    fn settle(&mut self, quantity: Quantity, span: &Span, u: i32) -> f32 {
+    /// The correctly rounded value at the pixel at the offset `pixel` from the anchor.
+    fn settle(&mut self, quantity: Quantity, span: Option<&Span>, pixel: [i32; 2]) -> f32 {
         self.exact_values += 1;
         match self.gradients.field(quantity).copied() {
             None => CANONICAL_NAN,
             Some(Field::Constant(value)) => value,
             Some(Field::Across(carried, range)) => {
-                let (centre, exponent) = (self.centre(u), self.subject.exponent);
+                let Some(span) = span else { return CANONICAL_NAN };
+                let (centre, exponent) = (self.centre(pixel), self.subject.exponent);
                 clamp(self.corners().exact_value(carried, span, centre, exponent), range)
             }
-            Some(Field::Affine(Affine { range, .. })) => {
-                let value = self.gradients.exact_value(self.subject, quantity, u, self.v);
-                clamp(value.unwrap_or_else(|| self.nearest_corner(quantity, u)), range)
+            Some(Field::Plain(Plain { range, .. }) | Field::Strict(Strict { range, .. })) => {
+                let value = self.gradients.exact_value(self.subject, quantity, pixel);
+                clamp(value.unwrap_or_else(|| self.nearest_corner(quantity, pixel)), range)
             }
         }
     }
@@ -149,8 +164,8 @@ impl<'a> Walked<'a> {
 
     /// The value at the clipped vertex nearest to the pixel's centre; of two, at the least by
     /// position.
-    fn nearest_corner(&mut self, quantity: Quantity, u: i32) -> f32 {
-        let (centre, subject) = (self.centre(u), self.subject);
+    fn nearest_corner(&mut self, quantity: Quantity, pixel: [i32; 2]) -> f32 {
+        let (centre, subject) = (self.centre(pixel), self.subject);
         let Corners { arrays, screen } = self.corners();
         let distance = |vertex: &ScreenVertex| {
             let [x, y] = [0, 1].map(|k| vertex.framebuffer[k] - centre[k]);

@@ -4,7 +4,7 @@
 //! his own and gets [`Block`]s of 16 pixels, as structure of arrays. Both are compiled into the
 //! loop: there is no call per pixel.
 
-/// Pixels in a block: columns `x .. x + 16` of one row, `x` a multiple of 16.
+/// Pixels in a block.
 pub const BLOCK: usize = 16;
 
 /// Which of a block's values a shader reads; what it does not read is not computed.
@@ -31,14 +31,15 @@ impl Inputs {
     }
 }
 
-/// 16 pixels of one row. Lanes whose bit is not set in `mask` hold unspecified finite or
+/// 16 pixels: of one row, or whole rows of a small rectangle, one after the other. Lanes whose bit is not set in `mask` hold unspecified finite or
 /// non-finite numbers; so does what [`Shader::INPUTS`] does not ask for.
 #[derive(Debug)]
 pub struct Block<'a> {
-    /// Framebuffer column of lane 0; a multiple of 16, possibly negative.
-    pub x: i32,
-    /// Framebuffer row.
-    pub y: i32,
+    /// Framebuffer column and row of lane 0.
+    pub first: [i32; 2],
+    /// Lane `i` is `i % columns` columns to the right of lane 0 and `i / columns` rows below it:
+    /// 1 to 16.
+    pub columns: u16,
     /// Bit `i`: lane `i` is covered and passed the depth test.
     pub mask: u16,
     /// z/w in 0..=1; see [`DepthRange`](crate::space::DepthRange).
@@ -51,54 +52,63 @@ pub struct Block<'a> {
     pub attributes: &'a [[f32; BLOCK]],
 }
 
+impl Block<'_> {
+    /// Framebuffer column of lane `lane`.
+    #[inline]
+    pub fn x(&self, lane: u16) -> i32 {
+        self.first[0].wrapping_add(i32::from(lane % self.columns))
+    }
+
+    /// Framebuffer row of lane `lane`.
+    #[inline]
+    pub fn y(&self, lane: u16) -> i32 {
+        self.first[1].wrapping_add(i32::from(lane / self.columns))
+    }
+}
+
 /// One pixel, as a closure sees it.
 #[derive(Clone, Copy, Debug)]
 pub struct Fragment<'a> {
     block: &'a Block<'a>,
-    lane: usize,
+    lane: u16,
 }
 
 impl Fragment<'_> {
     /// Framebuffer column.
     #[inline]
     pub fn x(&self) -> i32 {
-        #[expect(
-            clippy::cast_possible_wrap,
-            clippy::cast_possible_truncation,
-            reason = "a lane is below 16"
-        )]
-        let lane = self.lane as i32;
-        self.block.x + lane
+        self.block.x(self.lane)
     }
 
     /// Framebuffer row.
     #[inline]
     pub fn y(&self) -> i32 {
-        self.block.y
+        self.block.y(self.lane)
     }
 
     /// z/w in 0..=1; see [`DepthRange`](crate::space::DepthRange).
     #[inline]
     pub fn depth(&self) -> f32 {
-        self.block.depth[self.lane]
+        self.block.depth[usize::from(self.lane)]
     }
 
     /// 1/w.
     #[inline]
     pub fn inv_w(&self) -> f32 {
-        self.block.inv_w[self.lane]
+        self.block.inv_w[usize::from(self.lane)]
     }
 
     /// w: with a perspective camera the distance along the view axis.
     #[inline]
     pub fn w(&self) -> f32 {
-        self.block.w[self.lane]
+        self.block.w[usize::from(self.lane)]
     }
 
     /// Attribute `k`; NaN for one that the polygon does not have.
     #[inline]
     pub fn attribute(&self, k: usize) -> f32 {
-        self.block.attributes.get(k).map_or(crate::varying::CANONICAL_NAN, |lanes| lanes[self.lane])
+        let lanes = self.block.attributes.get(k);
+        lanes.map_or(crate::varying::CANONICAL_NAN, |lanes| lanes[usize::from(self.lane)])
     }
 
     /// The number of attributes.
@@ -131,9 +141,9 @@ impl<P: Copy + Default, F: FnMut(&Fragment<'_>) -> P> Shader for F {
     fn shade(&mut self, block: &Block<'_>, out: &mut [P; BLOCK]) -> u16 {
         let mut left = block.mask;
         while left != 0 {
-            let lane = left.trailing_zeros() as usize;
+            let lane = left.trailing_zeros() as u16;
             left &= left - 1;
-            out[lane] = self(&Fragment { block, lane });
+            out[usize::from(lane)] = self(&Fragment { block, lane });
         }
         block.mask
     }

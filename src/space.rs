@@ -116,6 +116,12 @@ impl PixelRect {
         Self { x0, y0, x1: self.x1.min(other.x1).max(x0), y1: self.y1.min(other.y1).max(y0) }
     }
 
+    /// Has it all that `other` has?
+    #[inline(always)]
+    pub fn contains(self, other: Self) -> bool {
+        self.x0 <= other.x0 && other.x1 <= self.x1 && self.y0 <= other.y0 && other.y1 <= self.y1
+    }
+
     /// Has it no pixel?
     #[inline(always)]
     pub fn is_empty(self) -> bool {

@@ -1,14 +1,15 @@
-//! The X loop: from a span to blocks of values.
+//! The X loop: from places in the framebuffer to blocks of values.
 //!
-//! Blocks of 16 pixels begin at columns that are multiples of 16, wherever the span begins; a
-//! value depends on its pixel alone, so that any number of lanes at a time gives the same bits.
-//! A pixel costs the common denominator Q and one reciprocal, and for each attribute a numerator
+//! A block is 16 pixels of one row, or a patch of a small triangle; a value is a function of its
+//! pixel alone, so that neither blocks nor the number of lanes at a time can change a bit. A
+//! pixel costs the common denominator Q and one reciprocal, and for each attribute a numerator
 //! and a multiplication; none where 1/w does not change.
 //!
-//! The quotient in `f64` comes with a bound of its error. `Fast` rounds it once. `Exact` looks
-//! whether both ends of the bound round to the same `f32` (Ziv's test): then that is the
-//! correctly rounded value, else exact arithmetic finds it. docs/precision.md, "The X loop",
-//! derives the bound.
+//! `Fast` rounds numerator and denominator to `f32` and divides those: four roundings. `Exact`,
+//! and `Fast` where the set-up's bounds ask for it, divides in `f64` with a bound of the error,
+//! and looks whether both ends of the bound round to the same `f32` (Ziv's test): then that is
+//! the correctly rounded value, else exact arithmetic finds it. docs/precision.md, "The X loop",
+//! derives the bounds.
 
 use alloc::vec::Vec;
 
@@ -16,8 +17,9 @@ use fearless_simd::{Simd, SimdBase};
 
 use crate::edge::Span;
 use crate::gradient::frame::{Linear, U};
-use crate::gradient::{Affine, ConstantAlong, Field, Quantity};
-use crate::lanes::{Wide, clamp_lanes, same_bits};
+use crate::gradient::{ConstantAlong, Field, Gradients, Plain, Quantity, Strict, nearest_f32};
+use crate::lanes::{Narrow, Wide, clamp_lanes, same_bits};
+use crate::patch::{COLUMNS, LANE_ROWS, Patch};
 use crate::settle::{SECOND_ORDER, SUM_ERROR, Walked};
 use crate::shade::BLOCK;
 
@@ -27,94 +29,168 @@ const QUOTIENT_ERROR: f64 = 5.0 * U;
 /// How far Q may be off, relatively, for the bound to hold.
 const CERTAIN: f64 = 1.0 / 256.0;
 
-/// A block's reciprocals.
+/// Where the lanes of a block are.
+pub(crate) trait Place<S: Simd>: Copy {
+    /// What the lanes of a row have in common is computed once.
+    fn linear(self, simd: S, function: Linear) -> Wide<S>;
+
+    /// 1/Q in `f32`, where Q does not change along a row.
+    fn reciprocals_of_rows(self, simd: S, q: Linear) -> Narrow<S>;
+}
+
+/// Lanes of one row, as offsets from the anchor.
 #[derive(Clone, Copy, Debug)]
-struct Reciprocals<S: Simd> {
-    /// 1/Q.
+pub(crate) struct InRow<S: Simd> {
+    us: Wide<S>,
+    v: f64,
+}
+
+impl<S: Simd> Place<S> for InRow<S> {
+    #[inline(always)]
+    fn linear(self, simd: S, function: Linear) -> Wide<S> {
+        Wide::splat(simd, function.row(self.v)) + Wide::splat(simd, function.x) * self.us
+    }
+
+    #[inline(always)]
+    fn reciprocals_of_rows(self, simd: S, q: Linear) -> Narrow<S> {
+        Narrow::splat(simd, 1.0 / nearest_f32(q.row(self.v)))
+    }
+}
+
+/// Lanes anywhere, as offsets from the anchor.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct InPatch<S: Simd> {
+    us: Wide<S>,
+    vs: Wide<S>,
+}
+
+impl<S: Simd> Place<S> for InPatch<S> {
+    #[inline(always)]
+    fn linear(self, simd: S, function: Linear) -> Wide<S> {
+        let row = Wide::splat(simd, function.c) + Wide::splat(simd, function.y) * self.vs;
+        row + Wide::splat(simd, function.x) * self.us
+    }
+
+    #[inline(always)]
+    fn reciprocals_of_rows(self, simd: S, q: Linear) -> Narrow<S> {
+        reciprocal(simd, self.linear(simd, q).narrow())
+    }
+}
+
+#[inline(always)]
+fn reciprocal<S: Simd>(simd: S, q: Narrow<S>) -> Narrow<S> {
+    Narrow::splat(simd, 1.0) / q
+}
+
+/// 1/Q for strict quantities.
+#[derive(Clone, Copy, Debug)]
+struct StrictReciprocals<S: Simd> {
     r: Wide<S>,
-    /// The relative error of each, if that is asked for.
+    /// The relative error of each.
     relative_error: Wide<S>,
-    /// Lanes at which 1/w is surely positive, and the error small; or that need not be looked at.
+    /// Lanes at which 1/w is surely positive, and the error small.
     certain: u16,
+    /// Are they this block's?
+    found: bool,
+}
+
+impl<S: Simd> StrictReciprocals<S> {
+    #[inline(always)]
+    fn none(simd: S) -> Self {
+        let zero = Wide::splat(simd, 0.0);
+        Self { r: zero, relative_error: zero, certain: 0, found: false }
+    }
+
+    #[inline(always)]
+    fn find(&mut self, simd: S, gradients: &Gradients, place: impl Place<S>) {
+        if self.found {
+            return;
+        }
+        let r = place.linear(simd, gradients.q).reciprocal(simd);
+        let relative_error = Wide::splat(simd, gradients.q_error) * r.abs();
+        let positive = Wide::splat(simd, 0.0).below(r * Wide::splat(simd, gradients.q_sign));
+        // Neither holds for what is no number.
+        let certain = positive & relative_error.below(Wide::splat(simd, CERTAIN));
+        *self = Self { r, relative_error, certain, found: true };
+    }
 }
 
 /// Finds the values of a polygon's quantities, block by block.
-pub(crate) struct SpanWalker<'a, S: Simd> {
+pub(crate) struct Walker<'a, S: Simd, P> {
     pub(crate) simd: S,
     polygon: Walked<'a>,
-    /// Offset of all lanes from the anchor.
-    us: Wide<S>,
-    vs: f64,
-    reciprocals: Reciprocals<S>,
-    /// Are they this block's?
+    place: P,
+    /// 1/Q in `f32`, for plain quantities, and whether it is this block's.
+    reciprocals: Narrow<S>,
     has_reciprocals: bool,
+    strict: StrictReciprocals<S>,
 }
 
-impl<'a, S: Simd> SpanWalker<'a, S> {
+impl<'a, S: Simd> Walker<'a, S, InRow<S>> {
+    /// To go along spans.
     #[inline(always)]
-    pub(crate) fn new(simd: S, polygon: Walked<'a>) -> Self {
-        let zero = Wide::splat(simd, 0.0);
-        Self {
-            simd,
-            polygon,
-            us: zero,
-            vs: 0.0,
-            reciprocals: Reciprocals { r: zero, relative_error: zero, certain: 0 },
-            has_reciprocals: false,
-        }
+    pub(crate) fn along_spans(simd: S, polygon: Walked<'a>) -> Self {
+        Self::new(simd, polygon, InRow { us: Wide::splat(simd, 0.0), v: 0.0 })
     }
 
-    /// Values that exact arithmetic found.
-    #[inline(always)]
-    pub(crate) fn exact_values(&self) -> u64 {
-        self.polygon.exact_values
-    }
-
-    /// Goes to the block that begins at framebuffer column `x` of row `y`.
+    /// Goes to the 16 pixels from framebuffer column `x` of row `y` on.
     #[inline(always)]
     pub(crate) fn seek(&mut self, x: i32, y: i32) {
         let polygon = &mut self.polygon;
         let [anchor_x, anchor_y] = polygon.gradients.anchor.pixel;
         let (u, v) = (x - anchor_x, y - anchor_y);
         // What was found for another block may hold for this one.
-        self.has_reciprocals &= match polygon.gradients.constant {
+        let same = match polygon.gradients.constant {
             ConstantAlong::Polygon => true,
             ConstantAlong::Row => polygon.v == v,
             ConstantAlong::Column => polygon.u == u,
             ConstantAlong::Nothing => false,
         };
+        self.has_reciprocals &= same;
+        self.strict.found &= same;
         (polygon.u, polygon.v) = (u, v);
-        (self.us, self.vs) = (Wide::count_from(self.simd, f64::from(u)), f64::from(v));
+        self.place = InRow { us: Wide::count_from(self.simd, f64::from(u)), v: f64::from(v) };
+    }
+}
+
+impl<'a, S: Simd> Walker<'a, S, InPatch<S>> {
+    /// To go from patch to patch.
+    #[inline(always)]
+    pub(crate) fn over_patches(simd: S, polygon: Walked<'a>) -> Self {
+        let zero = Wide::splat(simd, 0.0);
+        Self::new(simd, polygon, InPatch { us: zero, vs: zero })
     }
 
-    /// A linear function at this block's pixels.
+    /// Goes to `patch`.
     #[inline(always)]
-    fn linear(&self, function: Linear) -> Wide<S> {
-        Wide::splat(self.simd, function.row(self.vs)) + Wide::splat(self.simd, function.x) * self.us
-    }
-
-    /// Sees to it that the reciprocals are this block's.
-    #[inline(always)]
-    fn find_reciprocals(&mut self) {
-        if self.has_reciprocals {
-            return;
-        }
-        self.has_reciprocals = true;
-        let (simd, gradients) = (self.simd, &*self.polygon.gradients);
-        let r = if gradients.q.x == 0.0 {
-            Wide::splat(simd, 1.0 / gradients.q.row(self.vs))
-        } else {
-            self.linear(gradients.q).reciprocal(simd)
+    pub(crate) fn seek(&mut self, patch: Patch) {
+        let (simd, polygon) = (self.simd, &mut self.polygon);
+        let [anchor_x, anchor_y] = polygon.gradients.anchor.pixel;
+        let (u, v) = (patch.first[0] - anchor_x, patch.first[1] - anchor_y);
+        let same = polygon.gradients.constant == ConstantAlong::Polygon;
+        self.has_reciprocals &= same;
+        self.strict.found &= same;
+        (polygon.u, polygon.v, polygon.columns) = (u, v, patch.columns);
+        let columns = usize::from(patch.columns);
+        let offsets = |first: i32, lanes: &[[f64; BLOCK]; BLOCK + 1]| {
+            Wide::load(simd, &lanes[columns]) + Wide::splat(simd, f64::from(first))
         };
-        self.reciprocals.r = r;
-        self.reciprocals.certain = u16::MAX;
-        if gradients.strict {
-            let error = Wide::splat(simd, gradients.q_error) * r.abs();
-            let positive = Wide::splat(simd, 0.0).below(r * Wide::splat(simd, gradients.q_sign));
-            self.reciprocals.relative_error = error;
-            // Neither holds for what is no number.
-            self.reciprocals.certain = positive & error.below(Wide::splat(simd, CERTAIN));
-        }
+        self.place = InPatch { us: offsets(u, &COLUMNS), vs: offsets(v, &LANE_ROWS) };
+    }
+}
+
+impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
+    #[inline(always)]
+    fn new(simd: S, polygon: Walked<'a>, place: P) -> Self {
+        let reciprocals = Narrow::splat(simd, 0.0);
+        let strict = StrictReciprocals::none(simd);
+        Self { simd, polygon, place, reciprocals, has_reciprocals: false, strict }
+    }
+
+    /// Values that exact arithmetic found.
+    #[inline(always)]
+    pub(crate) fn exact_values(&self) -> u64 {
+        self.polygon.exact_values
     }
 
     /// Is attribute `k` the same all over?
@@ -127,73 +203,120 @@ impl<'a, S: Simd> SpanWalker<'a, S> {
     /// constant.
     #[inline(always)]
     pub(crate) fn prepare_attributes(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
-        if self.polygon.gradients.has_attributes {
-            return;
+        if !self.polygon.gradients.has_attributes {
+            self.polygon.set_attributes(lanes);
         }
-        self.polygon.gradients.set_attributes(self.polygon.subject);
-        lanes.clear();
-        lanes.extend(self.polygon.gradients.attributes.iter().map(|field| match field {
-            Field::Constant(value) => [*value; BLOCK],
-            _ => [0.0; BLOCK],
-        }));
     }
 
-    /// The values of `quantity` at the lanes of `mask`, within `span`, clamped to its range.
+    /// The values of `quantity` at the lanes of `mask`, clamped to its range. `span` is where
+    /// they lie, unless they lie in a patch.
     #[inline(always)]
     pub(crate) fn evaluate(
         &mut self,
         quantity: Quantity,
-        span: &Span,
+        span: Option<&Span>,
         mask: u16,
         out: &mut [f32; BLOCK],
     ) {
-        let certain = match self.polygon.gradients.field(quantity) {
-            Some(Field::Affine(affine)) => {
-                let affine = *affine;
-                if affine.over_w || affine.strict {
-                    self.find_reciprocals();
-                }
-                self.affine(&affine, out)
-            }
-            Some(Field::Constant(value)) => {
-                *out = [*value; BLOCK];
-                return;
-            }
-            Some(Field::Across(carried, range)) => {
-                let (carried, range) = (*carried, *range);
-                self.polygon.across(carried, range, span, out)
-            }
-            None => return,
+        let Some(Field::Plain(plain)) = self.polygon.gradients.field(quantity) else {
+            // Out of line, but compiled for the instruction set.
+            let Self { simd, polygon, place, strict, .. } = self;
+            return simd.vectorize(
+                #[inline(always)]
+                || evaluate_field(*simd, polygon, *place, strict, quantity, span, mask, out),
+            );
         };
+        let plain = *plain;
+        let certain = self.plain(&plain, out);
         if mask & !certain != 0 {
             self.polygon.settle_lanes(quantity, span, mask & !certain, out);
         }
     }
 
-    /// base + D r, and the lanes at which it is good enough.
+    /// N r or N, and the lanes at which it is good enough.
     #[inline(always)]
-    fn affine(&self, affine: &Affine, out: &mut [f32; BLOCK]) -> u16 {
-        let simd = self.simd;
-        let d = self.linear(affine.numerator);
-        let r = if affine.over_w { self.reciprocals.r } else { Wide::splat(simd, affine.scale) };
-        let t = d * r;
-        let value = t + Wide::splat(simd, affine.base);
-        if affine.strict {
-            let error = Wide::splat(simd, affine.error);
-            let (error, relative) = if affine.over_w {
-                (error * r.abs(), self.reciprocals.relative_error)
-            } else {
-                (error, Wide::splat(simd, self.polygon.gradients.det_relative_error))
-            };
-            let error = error + t.abs() * (relative + Wide::splat(simd, QUOTIENT_ERROR));
-            return round_surely(simd, value, error, affine.range, out) & self.reciprocals.certain;
-        }
-        clamp_lanes(value.narrow(), affine.range).store_array(out);
-        if affine.doubtful_below > 0.0 {
-            return !t.abs().below(Wide::splat(simd, affine.doubtful_below));
+    fn plain(&mut self, plain: &Plain, out: &mut [f32; BLOCK]) -> u16 {
+        let n = self.place.linear(self.simd, plain.numerator);
+        let value = n.narrow();
+        let value = if plain.over_w { value * self.reciprocals() } else { value };
+        clamp_lanes(value, plain.range).store_array(out);
+        if plain.doubtful_below > 0.0 {
+            return !n.abs().below(Wide::splat(self.simd, plain.doubtful_below));
         }
         u16::MAX
     }
+
+    /// This block's reciprocals in `f32`.
+    #[inline(always)]
+    fn reciprocals(&mut self) -> Narrow<S> {
+        if !self.has_reciprocals {
+            self.has_reciprocals = true;
+            let (simd, q) = (self.simd, self.polygon.gradients.unit_q);
+            self.reciprocals = if q.x == 0.0 {
+                self.place.reciprocals_of_rows(simd, q)
+            } else {
+                reciprocal(simd, self.place.linear(simd, q).narrow())
+            };
+        }
+        self.reciprocals
+    }
+}
+
+/// The values of a quantity that is not plain.
+#[expect(clippy::too_many_arguments, reason = "the walker's parts: it stays in registers itself")]
+#[inline(always)]
+fn evaluate_field<S: Simd>(
+    simd: S,
+    polygon: &mut Walked<'_>,
+    place: impl Place<S>,
+    reciprocals: &mut StrictReciprocals<S>,
+    quantity: Quantity,
+    span: Option<&Span>,
+    mask: u16,
+    out: &mut [f32; BLOCK],
+) {
+    let certain = match polygon.gradients.field(quantity) {
+        Some(Field::Strict(strict)) => {
+            reciprocals.find(simd, polygon.gradients, place);
+            let d = place.linear(simd, strict.numerator);
+            evaluate_strict(simd, d, strict, reciprocals, polygon.gradients, out)
+        }
+        Some(Field::Constant(value)) => {
+            *out = [*value; BLOCK];
+            return;
+        }
+        Some(Field::Across(carried, range)) => {
+            let (carried, range) = (*carried, *range);
+            polygon.across(carried, range, span, out)
+        }
+        Some(Field::Plain(_)) | None => return,
+    };
+    if mask & !certain != 0 {
+        polygon.settle_lanes(quantity, span, mask & !certain, out);
+    }
+}
+
+/// base + `d` r, and the lanes at which it is surely rounded right.
+#[inline(always)]
+fn evaluate_strict<S: Simd>(
+    simd: S,
+    d: Wide<S>,
+    strict: &Strict,
+    reciprocals: &StrictReciprocals<S>,
+    gradients: &Gradients,
+    out: &mut [f32; BLOCK],
+) -> u16 {
+    let splat = |value: f64| Wide::splat(simd, value);
+    let r = reciprocals.r;
+    let (r, error, relative) = if strict.over_w {
+        (r, splat(strict.error) * r.abs(), reciprocals.relative_error)
+    } else {
+        (splat(strict.scale), splat(strict.error), splat(gradients.det_relative_error))
+    };
+    let t = d * r;
+    let value = t + splat(strict.base);
+    let error = error + t.abs() * (relative + splat(QUOTIENT_ERROR));
+    round_surely(simd, value, error, strict.range, out) & reciprocals.certain
 }
 
 /// Rounds `value` to `f32`, and tells at which lanes any number within `error` of it rounds to

@@ -133,12 +133,26 @@ impl<P: Copy + Default> Target for Plane<'_, P> {
     fn write(&mut self, x: u32, y: u32, run: &[P]) {
         let x = x as usize;
         let to = &mut self.row_mut(y)[x..x + run.len()];
-        // A length that is known makes it a store and no call.
-        match (to.as_chunks_mut::<BLOCK>().0, run.as_chunks::<BLOCK>().0) {
-            ([to], [run]) => *to = *run,
-            _ => to.copy_from_slice(run),
-        }
+        copy_run(run, to);
     }
+}
+
+/// Copies at most 16 pixels; both slices are as long.
+#[inline(always)]
+pub(crate) fn copy_run<P: Copy>(from: &[P], to: &mut [P]) {
+    // Of lengths that are known, a copy is a store and no call.
+    let mut done = 0;
+    macro_rules! copy {
+        ($($length:expr),+) => { $(
+            let rest = (to[done..].first_chunk_mut::<{ $length }>(), from[done..].first_chunk());
+            if let (Some(to), Some(from)) = rest {
+                *to = *from;
+                done += $length;
+            }
+        )+ };
+    }
+    copy!(BLOCK, 8, 4, 2, 1);
+    debug_assert_eq!(done, from.len(), "a run has 16 pixels at most");
 }
 
 impl Target for () {

@@ -98,26 +98,48 @@ impl Texture {
     ) {
         #[expect(clippy::cast_precision_loss, reason = "the products are defined in f32")]
         let (width, height) = (self.width as f32, self.height as f32);
+        let (mut columns, mut rows) = ([0.0; BLOCK], [0.0; BLOCK]);
+        let mut large = 0;
         for lane in 0..BLOCK {
-            let (column, in_columns) = floor(u[lane] * width);
-            let (row, in_rows) = floor(v[lane] * height);
-            index[lane] = if in_columns & in_rows { wrap(column, row) } else { 0 };
+            (columns[lane], rows[lane]) = (u[lane] * width, v[lane] * height);
+            let small = columns[lane].abs() < SMALL && rows[lane].abs() < SMALL;
+            large |= u32::from(!small);
+        }
+        if large == 0 {
+            for lane in 0..BLOCK {
+                index[lane] = wrap(floor_small(columns[lane]), floor_small(rows[lane]));
+            }
+        } else {
+            for lane in 0..BLOCK {
+                let both = (floor(columns[lane]), floor(rows[lane]));
+                index[lane] = if let (Some(c), Some(r)) = both { wrap(c, r) } else { 0 };
+            }
         }
     }
 }
 
-/// floor(`product`), and whether `product` is less than 2^31 in magnitude (NaN is not).
+/// Below this, a sum with [`WHOLE`] keeps all whole numbers.
+const SMALL: f32 = 4_194_304.0;
+
+/// Its sum with a small number has no room for a fraction, and the low bits of the sum are the
+/// nearest whole number. A conversion would do, but it saturates, which vectors do not.
+const WHOLE: f32 = 12_582_912.0;
+
+/// floor(`product`), which is below [`SMALL`] in magnitude.
 #[inline(always)]
-fn floor(product: f32) -> (i32, bool) {
-    // The sum has no room for a fraction, and its low bits are the nearest whole number. A
-    // conversion would do, but it saturates, which vectors do not.
-    const WHOLE: f64 = 6_755_399_441_055_744.0;
-    let product = f64::from(product);
+fn floor_small(product: f32) -> i32 {
     let sum = product + WHOLE;
-    #[expect(clippy::cast_possible_truncation, reason = "the low half")]
-    let nearest = (sum.to_bits() as u32).cast_signed();
-    let above = i32::from(sum - WHOLE > product);
-    (nearest.wrapping_sub(above), product.abs() < 2_147_483_648.0)
+    let nearest = sum.to_bits().wrapping_sub(WHOLE.to_bits()).cast_signed();
+    nearest - i32::from(sum - WHOLE > product)
+}
+
+/// floor(`product`), if `product` is less than 2^31 in magnitude (NaN is not).
+fn floor(product: f32) -> Option<i32> {
+    #[expect(clippy::cast_possible_truncation, reason = "below 2^31")]
+    let towards_zero = product as i32;
+    #[expect(clippy::cast_precision_loss, reason = "it was a f32: exact")]
+    let above = i32::from(towards_zero as f32 > product);
+    (product.abs() < 2_147_483_648.0).then(|| towards_zero - above)
 }
 
 #[cfg(test)]

@@ -8,7 +8,8 @@ use crate::divide::{ScreenVertex, divide, snapped_area};
 use crate::edge::{Outline, Span};
 use crate::fixed::{exponent_of, power_of_two};
 use crate::gradient::{AttributesOf, ConstantAlong, Gradients, Subject, Wanted};
-use crate::paint::{Placement, paint};
+use crate::paint::{Covered, Placement, paint};
+use crate::patch::Patches;
 use crate::polygon::Polygon;
 use crate::settle::Walked;
 use crate::shade::{BLOCK, Shader};
@@ -253,9 +254,10 @@ impl Tiler {
             test: self.depth_test,
         };
         let walked = Walked::new(&subject, gradients, &mut self.clipper);
+        let covered = found.patches.as_ref().map_or(Covered::Spans(spans), Covered::Patches);
         let (shaded, exact_values) =
-            paint(self.simd.0, walked, spans, place, attributes, shader, target, depth);
-        self.stats.spans += spans.len() as u64;
+            paint(self.simd.0, walked, covered, place, attributes, shader, target, depth);
+        self.stats.spans += found.spans;
         self.stats.pixels_covered += found.pixels;
         self.stats.pixels_shaded += shaded;
         self.stats.pixels_hidden += found.pixels - shaded;
@@ -306,8 +308,30 @@ impl Tiler {
             return Err(Outcome::Drawn);
         }
 
-        // 5. Edges: the Y loop, within what can be seen.
+        let scanned = |pixels: u64, spans: u64, patches: Option<Patches>| Scanned {
+            w: range_of_w(screen, visible),
+            columns: [seen.x0, seen.x1 - 1],
+            rows: [seen.y0, seen.y1 - 1],
+            pixels,
+            spans,
+            patches,
+        };
+
+        // 5. Small triangles: pixels at once.
         let corner = self.viewport.rect();
+        if outcodes.accepted()
+            && let [a, b, c] = screen.as_slice()
+            && let Some(mut patches) = Patches::of(bounds)
+        {
+            let triangle = [a.snapped, b.snapped, c.snapped];
+            let corner = [corner.x0, corner.y0];
+            let (pixels, spans) =
+                patches.cover(self.simd.0, triangle, area > 0, corner, window);
+            let found = (pixels > 0).then(|| scanned(pixels, spans, Some(patches)));
+            return found.ok_or(Outcome::Drawn);
+        }
+
+        // Edges: the Y loop, within what can be seen.
         let (x0, x1) = (window.x0 - corner.x0, window.x1 - corner.x0);
         let mut pixels = 0;
         spans.clear();
@@ -321,12 +345,7 @@ impl Tiler {
         if spans.is_empty() {
             return Err(Outcome::Drawn);
         }
-        Ok(Scanned {
-            w: range_of_w(screen, visible),
-            columns: [seen.x0, seen.x1 - 1],
-            rows: [seen.y0, seen.y1 - 1],
-            pixels,
-        })
+        Ok(scanned(pixels, spans.len() as u64, None))
     }
 
     /// Bytes that the buffers hold.
@@ -391,8 +410,11 @@ struct Scanned {
     /// Framebuffer columns and rows that it may cover in the viewport: first and last.
     columns: [i32; 2],
     rows: [i32; 2],
-    /// Pixels that the spans have.
+    /// Pixels that are covered, in how many spans.
     pixels: u64,
+    spans: u64,
+    /// The covered pixels of a small triangle; else they are in the spans.
+    patches: Option<Patches>,
 }
 
 /// The pixels of the framebuffer whose centres the snapped vertices may enclose.

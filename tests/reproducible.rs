@@ -236,15 +236,14 @@ impl<const DEPTH: bool, const W: bool, const ATTRIBUTES: usize> Shader
     const INPUTS: Inputs = Inputs { depth: DEPTH, inv_w: W, w: W, attributes: ATTRIBUTES };
 
     fn shade(&mut self, block: &Block<'_>, _: &mut [(); BLOCK]) -> u16 {
-        assert_eq!(block.x.rem_euclid(16), 0);
-        for lane in (0..16_u8).filter(|lane| block.mask >> lane & 1 == 1) {
+        for lane in (0..16_u16).filter(|lane| block.mask >> lane & 1 == 1) {
             let at = usize::from(lane);
             let mut values = Vec::new();
             values.extend(DEPTH.then(|| block.depth[at].to_bits()));
             values.extend(W.then(|| block.inv_w[at].to_bits()));
             values.extend(W.then(|| block.w[at].to_bits()));
             values.extend(block.attributes.iter().take(ATTRIBUTES).map(|a| a[at].to_bits()));
-            self.0.insert((block.y, block.x + i32::from(lane)), values);
+            self.0.insert((block.y(lane), block.x(lane)), values);
         }
         block.mask
     }
@@ -358,7 +357,7 @@ impl Shader for Sieve {
 
     fn shade(&mut self, block: &Block<'_>, out: &mut [u32; BLOCK]) -> u16 {
         out.fill(self.0);
-        let kept = (0..16_i32).filter(|lane| (block.x + lane).rem_euclid(3) > 0);
+        let kept = (0..16).filter(|lane| block.x(*lane).rem_euclid(3) > 0);
         // Bits beyond the mask are to be ignored.
         kept.fold(0, |mask, lane| mask | 1 << lane)
     }

@@ -20,7 +20,7 @@ pub(crate) trait Colour {
     fn rgb(&self, attributes: &[[f32; BLOCK]], lane: usize) -> [f32; 3];
 
     /// RGBA8 of the lanes in `mask`, the others are anything: `rgb` rounded.
-    #[inline]
+    #[inline(always)]
     fn rgba8(&self, attributes: &[[f32; BLOCK]], _mask: u16, out: &mut [[u8; 4]; BLOCK]) {
         // All lanes: vectors are faster than branches.
         for (lane, pixel) in out.iter_mut().enumerate() {
@@ -44,7 +44,7 @@ impl<C: Colour + Reads> Shader for Picture<'_, C> {
     type Pixel = [u8; 4];
     const INPUTS: Inputs = Inputs::attributes(C::ATTRIBUTES);
 
-    #[inline]
+    #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, out: &mut [[u8; 4]; BLOCK]) -> u16 {
         self.0.rgba8(block.attributes, block.mask, out);
         block.mask
@@ -77,28 +77,27 @@ pub(crate) struct Data<'a> {
 impl Shader for Data<'_> {
     type Pixel = ();
 
-    #[inline]
+    #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, _out: &mut [(); BLOCK]) -> u16 {
-        let crop = self.planes.crop;
-        let Some(start) = crop.block_start(block) else { return 0 };
+        let places = self.planes.crop.places(block);
         if let Some(picture) = &mut self.planes.picture {
             let mut rgba = [[0; 4]; BLOCK];
             self.colour.rgba8(block.attributes, block.mask, &mut rgba);
             for lane in lanes(block.mask) {
-                picture[start.index(lane)] = rgba[lane];
+                picture[places[lane]] = rgba[lane];
             }
         }
         for plane in self.planes.planes.iter_mut() {
             match &mut plane.values {
                 Values::Integers(values) => {
                     for lane in lanes(block.mask) {
-                        values[start.index(lane)] = self.id;
+                        values[places[lane]] = self.id;
                     }
                 }
                 Values::Floats(values) => {
                     let n = plane.channels;
                     for lane in lanes(block.mask) {
-                        let i = start.index(lane) * n;
+                        let i = places[lane] * n;
                         let pixel = &mut values[i..i + n];
                         match plane.aov {
                             Aov::Depth => pixel[0] = block.depth[lane],
@@ -132,13 +131,12 @@ impl Shader for Coverage<'_> {
     type Pixel = ();
     const INPUTS: Inputs = Inputs::COVERAGE;
 
-    #[inline]
+    #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, _out: &mut [(); BLOCK]) -> u16 {
-        if let Some((crop, counts)) = &mut self.counts
-            && let Some(start) = crop.block_start(block)
-        {
+        if let Some((crop, counts)) = &mut self.counts {
+            let places = crop.places(block);
             for lane in lanes(block.mask) {
-                let count = &mut counts[start.index(lane)];
+                let count = &mut counts[places[lane]];
                 *count = count.saturating_add(1);
             }
         }
@@ -146,28 +144,18 @@ impl Shader for Coverage<'_> {
     }
 }
 
-/// Where a block's pixels are in a plane of the crop's size. Lane 0 may lie left of it.
-#[derive(Clone, Copy, Debug)]
-struct BlockStart {
-    row: usize,
-    column: isize,
-}
-
-impl BlockStart {
-    /// The place of `lane`, which lies in the crop.
-    #[inline]
-    fn index(self, lane: usize) -> usize {
-        self.row + self.column.saturating_add_unsigned(lane).unsigned_abs()
-    }
-}
-
 impl Crop {
-    /// Where `block` begins; nothing for a row that is not in the crop.
-    #[inline]
-    fn block_start(self, block: &Block<'_>) -> Option<BlockStart> {
-        let row = u32::try_from(block.y).ok()?.checked_sub(self.y)?;
-        let column = isize::try_from(i64::from(block.x) - i64::from(self.x)).ok()?;
-        Some(BlockStart { row: row as usize * self.width as usize, column })
+    /// Where the pixels of `block` are in a plane of the crop's size; anything for those that
+    /// are not in its mask.
+    #[inline(always)]
+    fn places(self, block: &Block<'_>) -> [usize; BLOCK] {
+        let (x, y) = self.origin();
+        let mut places = [0; BLOCK];
+        for (lane, place) in (0..).zip(&mut places) {
+            let (column, row) = (block.x(lane).abs_diff(x), block.y(lane).abs_diff(y));
+            *place = (row as usize).wrapping_mul(self.width as usize) + column as usize;
+        }
+        places
     }
 }
 

@@ -10,7 +10,7 @@ use hyperspan::texture::Texture;
 
 use crate::camera::Camera;
 use crate::model::{Look, Model, Piece};
-use crate::shaders::{Colour, Reads, lanes};
+use crate::shaders::{Colour, Reads};
 
 /// A kind of look: the vertices' side of it; a pixel's is [`Colour`].
 pub(crate) trait Surface: Colour {
@@ -30,7 +30,7 @@ impl Reads for Plain {
 }
 
 impl Colour for Plain {
-    #[inline]
+    #[inline(always)]
     fn rgb(&self, _attributes: &[[f32; BLOCK]], _lane: usize) -> [f32; 3] {
         self.diffuse
     }
@@ -61,7 +61,7 @@ impl Reads for Shaded<'_> {
 }
 
 impl Colour for Shaded<'_> {
-    #[inline]
+    #[inline(always)]
     fn rgb(&self, attributes: &[[f32; BLOCK]], lane: usize) -> [f32; 3] {
         let [r, g, b] = self.diffuse;
         [attributes[0][lane] * r, attributes[1][lane] * g, attributes[2][lane] * b]
@@ -100,22 +100,18 @@ impl Reads for Textured<'_> {
 }
 
 impl Colour for Textured<'_> {
-    #[inline]
+    #[inline(always)]
     fn rgb(&self, attributes: &[[f32; BLOCK]], lane: usize) -> [f32; 3] {
         self.texel(attributes, lane).map(|byte| f32::from(byte) / 255.0)
     }
 
     /// Texels pass as they are: what `rgb` gives rounds to the same bytes.
-    #[inline]
+    #[inline(always)]
     fn rgba8(&self, attributes: &[[f32; BLOCK]], mask: u16, out: &mut [[u8; 4]; BLOCK]) {
-        let mut look_up = |lane: usize| {
-            let [r, g, b] = self.texel(attributes, lane);
-            out[lane] = [r, g, b, 255];
-        };
-        if mask == u16::MAX {
-            (0..BLOCK).for_each(&mut look_up);
-        } else {
-            lanes(mask).for_each(&mut look_up);
+        self.texture.nearest_block(&attributes[0], &attributes[1], mask, out);
+        // Whatever the file's alpha, nothing shines through.
+        for [_, _, _, alpha] in out {
+            *alpha = 255;
         }
     }
 }
@@ -137,7 +133,7 @@ pub(crate) struct LitTexture<'a> {
 }
 
 impl Colour for LitTexture<'_> {
-    #[inline]
+    #[inline(always)]
     fn rgb(&self, attributes: &[[f32; BLOCK]], lane: usize) -> [f32; 3] {
         self.textured.rgb(attributes, lane).map(|part| part * attributes[2][lane])
     }

@@ -65,6 +65,12 @@ impl Linear {
         self.c + self.y * v
     }
 
+    /// Times `scale`, each coefficient rounded.
+    #[inline(always)]
+    pub(crate) fn scaled(self, scale: f64) -> Self {
+        Self { x: self.x * scale, y: self.y * scale, c: self.c * scale }
+    }
+
     /// The sum of the terms' greatest magnitudes within `reach`.
     #[inline(always)]
     fn size(&self, reach: Reach) -> f64 {
@@ -77,6 +83,16 @@ impl Linear {
 pub(crate) struct Bounded {
     pub(crate) linear: Linear,
     pub(crate) error: f64,
+}
+
+impl Bounded {
+    /// Times `scale`, with what that and the evaluation round.
+    #[inline(always)]
+    pub(crate) fn scaled(self, scale: f64, reach: Reach) -> Self {
+        let linear = self.linear.scaled(scale);
+        let error = self.error * scale.abs() + EVALUATION_ERROR * linear.size(reach);
+        Self { linear, error: SECOND_ORDER * error }
+    }
 }
 
 /// How far the covered pixels lie from the anchor, at most, in columns and rows.

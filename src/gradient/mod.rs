@@ -18,7 +18,7 @@ use core::cmp::Ordering;
 use crate::across::Carried;
 use crate::divide::ScreenVertex;
 use crate::exact::{Dyadic, round_quotient};
-use crate::fixed::power_of_two;
+use crate::fixed::{exponent_of, power_of_two};
 use crate::polygon::Polygon;
 use crate::space::{DepthRange, Viewport};
 use crate::varying::{CANONICAL_NAN, Interpolation};
@@ -32,15 +32,36 @@ use frame::{Anchor, Bounded, ExactFrame, Frame, Linear, Reach, U, exact_at, near
 pub(crate) enum Field {
     /// The same at every pixel.
     Constant(f32),
-    /// base + D/Q, or base + D/det.
-    Affine(Affine),
+    /// Within the bound of `Fast` as it comes.
+    Plain(Plain),
+    /// base + D/Q, or base + D/det; each value must be shown to be rounded right.
+    Strict(Strict),
     /// Not affine: along the edges and across the span; clamped to the range.
     Across(Carried, [f32; 2]),
 }
 
+impl Field {
+    #[inline(always)]
+    fn plain(numerator: Linear, over_w: bool, range: [f32; 2]) -> Self {
+        Self::Plain(Plain { numerator, over_w, doubtful_below: 0.0, range })
+    }
+}
+
+/// A quantity that is N/Q, both times [`Gradients::unit`], or, if not `over_w`, N itself.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plain {
+    /// N.
+    pub(crate) numerator: Linear,
+    pub(crate) over_w: bool,
+    /// Magnitudes below which the value must be shown to be rounded right; 0 if there are none.
+    pub(crate) doubtful_below: f64,
+    /// What the value is clamped to: finite, and no zero in it is negative.
+    pub(crate) range: [f32; 2],
+}
+
 /// A quantity that is base + D/Q or, if not `over_w`, base + D `scale`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Affine {
+pub(crate) struct Strict {
     /// D.
     pub(crate) numerator: Linear,
     pub(crate) base: f64,
@@ -49,11 +70,7 @@ pub(crate) struct Affine {
     /// Bound of D's error at any pixel, times `scale`.
     pub(crate) error: f64,
     pub(crate) over_w: bool,
-    /// Must each value be shown to be rounded right?
-    pub(crate) strict: bool,
-    /// If not: magnitudes below which it must be.
-    pub(crate) doubtful_below: f64,
-    /// What the value is clamped to: finite, and no zero in it is negative.
+    /// As [`Plain::range`].
     pub(crate) range: [f32; 2],
 }
 
@@ -183,6 +200,10 @@ pub(crate) struct Gradients {
     pub(crate) q_sign: f64,
     /// The least |Q| over the clipped polygon.
     least_q: f64,
+    /// The power of two that brings it into 1..2, so that a `f32` holds Q and every N.
+    unit: f64,
+    /// Q times that.
+    pub(crate) unit_q: Linear,
     det: f64,
     /// w times Q, and the relative error of det.
     w_scale: f64,
@@ -208,6 +229,10 @@ const TRUSTED: f64 = 1.0 / 134_217_728.0;
 /// The error above which, even if each value is looked at, an exact set-up is cheaper than what
 /// it saves: one value in 4096 would be undecided.
 const WORTH_EXACT_SETUP: f64 = 1.0 / 137_438_953_472.0;
+
+/// The largest ratio of w, and the largest magnitude of an attribute (the least is its inverse),
+/// for which Q and N are sure to fit into `f32`.
+const FITS: f64 = 1_152_921_504_606_846_976.0;
 
 /// Times the bound of a depth's error: what is at least as large is within 1 ulp once rounded.
 const WITHIN_ULP: f64 = 67_108_864.0;
@@ -258,8 +283,11 @@ impl Gradients {
         // A covered centre may lie outside the unsnapped polygon, and Q be smaller there.
         let beyond = (self.q.x.abs() + self.q.y.abs()) * subject.viewport.grid().snap_reach();
         let error = self.q_error + self.det_relative_error * self.least_q;
-        let trusted = error <= TRUSTED * self.least_q && beyond <= self.least_q / 2.0;
+        let fits = det.abs() <= self.least_q * subject.clipped_w[0] * FITS;
+        let trusted = error <= TRUSTED * self.least_q && beyond <= self.least_q / 2.0 && fits;
         self.strict = subject.wanted.exact || !trusted;
+        self.unit = power_of_two(-exponent_of(self.least_q).unwrap_or(0));
+        self.unit_q = self.q.scaled(self.unit);
         self.constant = match (self.q.x == 0.0, self.q.y == 0.0) {
             (true, true) => ConstantAlong::Polygon,
             (true, false) => ConstantAlong::Row,
@@ -309,40 +337,44 @@ impl Gradients {
             return;
         }
         let scale = power_of_two(subject.exponent);
-        let [w_low, w_high] = subject.clipped_w;
+        let [w_low, w_high] = subject.clipped_w.map(|w| w * scale);
         if wanted.w {
-            let range = [w_low * scale, w_high * scale].map(nearest_f32);
-            self.w = Some(if flat {
-                // det/Q: a numerator that does not change.
-                Field::Affine(Affine {
-                    numerator: Linear { x: 0.0, y: 0.0, c: self.w_scale },
+            let range = [w_low, w_high].map(nearest_f32);
+            // det/Q: a numerator that does not change.
+            let numerator = Linear { x: 0.0, y: 0.0, c: self.w_scale };
+            self.w = Some(if !flat {
+                Field::Across(Carried::W, range)
+            } else if self.strict || !fits(w_high) {
+                let error = self.w_scale.abs() * self.det_relative_error;
+                Field::Strict(Strict {
+                    numerator,
                     base: 0.0,
                     scale: 1.0,
-                    error: self.w_scale.abs() * self.det_relative_error,
+                    error,
                     over_w: true,
-                    strict: self.strict,
-                    doubtful_below: 0.0,
                     range,
                 })
             } else {
-                Field::Across(Carried::W, range)
+                Field::plain(numerator.scaled(self.unit), true, range)
             });
         }
         if wanted.inv_w {
-            let range = [1.0 / (w_high * scale), 1.0 / (w_low * scale)].map(nearest_f32);
-            self.inv_w = Some(if flat {
-                Field::Affine(Affine {
+            let range = [1.0 / w_high, 1.0 / w_low].map(nearest_f32);
+            let per_w = 1.0 / self.w_scale;
+            self.inv_w = Some(if !flat {
+                Field::Across(Carried::InvW, range)
+            } else if self.strict {
+                let error = self.q_error * per_w.abs();
+                Field::Strict(Strict {
                     numerator: self.q,
                     base: 0.0,
-                    scale: 1.0 / self.w_scale,
-                    error: self.q_error / self.w_scale.abs(),
+                    scale: per_w,
+                    error,
                     over_w: false,
-                    strict: self.strict,
-                    doubtful_below: 0.0,
                     range,
                 })
             } else {
-                Field::Across(Carried::InvW, range)
+                Field::plain(self.q.scaled(per_w), false, range)
             });
         }
     }
@@ -364,17 +396,26 @@ impl Gradients {
             Some(frame) => nearby(&frame.combine(&self.exact_depths(subject)), self.reach),
         };
         let scale = 1.0 / self.det;
-        let error = bounded.error * scale.abs();
-        Field::Affine(Affine {
-            numerator: bounded.linear,
-            base: 0.0,
-            scale,
-            error,
+        let range = [0.0, 1.0];
+        let plain = bounded.scaled(scale, self.reach);
+        // Also where the error is no number.
+        if self.strict || plain.error.is_nan() || plain.error >= 1.0 {
+            let error = bounded.error * scale.abs();
+            let numerator = bounded.linear;
+            return Field::Strict(Strict {
+                numerator,
+                base: 0.0,
+                scale,
+                error,
+                over_w: false,
+                range,
+            });
+        }
+        Field::Plain(Plain {
+            numerator: plain.linear,
             over_w: false,
-            // Also where the error is no number.
-            strict: self.strict || error.is_nan() || error >= 1.0,
-            doubtful_below: error * WITHIN_ULP,
-            range: [0.0, 1.0],
+            doubtful_below: plain.error * WITHIN_ULP,
+            range,
         })
     }
 
@@ -388,7 +429,7 @@ impl Gradients {
                 Ok(value) => Field::Constant(value),
                 Err(range) => match self.carried_across(subject, k, range) {
                     Some(carried) => Field::Across(carried, range),
-                    None => Field::Affine(self.attribute_field(subject, k, range)),
+                    None => self.attribute_field(subject, k, range),
                 },
             };
             self.attributes.push(field);
@@ -397,42 +438,82 @@ impl Gradients {
 
     /// Attribute `k`, which is affine and not constant.
     #[inline(always)]
-    fn attribute_field(&mut self, subject: &Subject<'_>, k: usize, range: [f32; 2]) -> Affine {
+    fn attribute_field(&mut self, subject: &Subject<'_>, k: usize, range: [f32; 2]) -> Field {
         let over_w = subject.interpolation_of(k) == Interpolation::Perspective;
         let value = |i: usize| f64::from(self.value(subject, self.triple[i], k));
         let values = [value(0), value(1), value(2)];
         let size = f64::from(range[0].abs().max(range[1].abs()));
-        let (scale, least) = if over_w { (1.0, self.least_q) } else { (1.0 / self.det, 1.0) };
+        let may_be_plain = !self.strict && fits(size);
         if self.exact.is_none() {
             let weight = |i: usize| if over_w { 1.0 } else { self.corners[i][3] };
             let b = weight(1) * (values[1] - values[0]);
             let c = weight(2) * (values[2] - values[0]);
-            let bounded = self.frame.combine([0.0, b, c], 3.0 * U * b.abs().max(c.abs()));
-            let error = bounded.error * scale.abs();
-            let limit = if subject.wanted.exact { WORTH_EXACT_SETUP } else { TRUSTED };
-            if error <= limit * least * size {
-                let (numerator, base) = (bounded.linear, values[0]);
-                let strict = self.strict;
-                return Affine {
-                    numerator,
-                    base,
-                    scale,
-                    error,
-                    over_w,
-                    strict,
-                    doubtful_below: 0.0,
-                    range,
-                };
+            let input_error = 3.0 * U * b.abs().max(c.abs());
+            let combined = |base: f64| self.frame.combine([base, b, c], input_error);
+            if may_be_plain {
+                let combined = combined(if over_w { values[0] } else { 0.0 });
+                if let Some(field) = self.plain_attribute(combined, values[0], over_w, range, size)
+                {
+                    return field;
+                }
+            } else {
+                let limit = if subject.wanted.exact { WORTH_EXACT_SETUP } else { TRUSTED };
+                let strict = self.strict_attribute(combined(0.0), values[0], over_w, range);
+                if strict.error <= limit * size * if over_w { self.least_q } else { 1.0 } {
+                    return Field::Strict(strict);
+                }
             }
         }
-        let frame = Self::exact_frame(&mut self.exact, &self.anchor, self.corners);
-        let [_, b, c] = exact_values(&self.corners, values, over_w);
-        let bounded = nearby(&frame.combine(&[Dyadic::default(), b, c]), self.reach);
-        let error = bounded.error * scale.abs();
-        let trusted = error <= TRUSTED * least * size;
-        let strict = self.strict || !trusted;
-        let (numerator, base) = (bounded.linear, values[0]);
-        Affine { numerator, base, scale, error, over_w, strict, doubtful_below: 0.0, range }
+        Self::exact_frame(&mut self.exact, &self.anchor, self.corners);
+        let combine = |terms: &[Dyadic; 3]| {
+            let combined = self.exact.as_deref().map(|frame| frame.combine(terms));
+            nearby(&combined.unwrap_or_default(), self.reach)
+        };
+        let [base, b, c] = exact_values(&self.corners, values, over_w);
+        let zero = Dyadic::default();
+        if may_be_plain {
+            let base = if over_w { base } else { zero.clone() };
+            let combined = combine(&[base, b.clone(), c.clone()]);
+            if let Some(field) = self.plain_attribute(combined, values[0], over_w, range, size) {
+                return field;
+            }
+        }
+        let combined = combine(&[zero, b, c]);
+        Field::Strict(self.strict_attribute(combined, values[0], over_w, range))
+    }
+
+    /// An attribute of magnitude `size` as it comes, if that is good enough: over w from
+    /// N = `combined`, else from D = `combined` and `base`.
+    #[inline(always)]
+    fn plain_attribute(
+        &self,
+        combined: Bounded,
+        base: f64,
+        over_w: bool,
+        range: [f32; 2],
+        size: f64,
+    ) -> Option<Field> {
+        if over_w {
+            return (combined.error <= TRUSTED * size * self.least_q)
+                .then(|| Field::plain(combined.linear.scaled(self.unit), true, range));
+        }
+        let Bounded { mut linear, error } = combined.scaled(1.0 / self.det, self.reach);
+        linear.c += base;
+        (error <= TRUSTED * size).then(|| Field::plain(linear, false, range))
+    }
+
+    /// An attribute as base + D/Q or base + D/det, from D = `combined`.
+    #[inline(always)]
+    fn strict_attribute(
+        &self,
+        combined: Bounded,
+        base: f64,
+        over_w: bool,
+        range: [f32; 2],
+    ) -> Strict {
+        let scale = if over_w { 1.0 } else { 1.0 / self.det };
+        let error = combined.error * scale.abs();
+        Strict { numerator: combined.linear, base, scale, error, over_w, range }
     }
 
     /// Attribute `k` of vertex `i`.
@@ -512,14 +593,13 @@ impl Gradients {
         exact.get_or_insert_with(|| Box::new(ExactFrame::new(anchor, corners)))
     }
 
-    /// The correctly rounded value of `quantity` at the pixel (`u`, `v`) from the anchor; not
+    /// The correctly rounded value of `quantity` at the pixel `u`, `v` from the anchor; not
     /// clamped. Nothing where the plane is edge-on or 1/w <= 0.
     pub(crate) fn exact_value(
         &mut self,
         subject: &Subject<'_>,
         quantity: Quantity,
-        u: i32,
-        v: i32,
+        [u, v]: [i32; 2],
     ) -> Option<f32> {
         Self::exact_frame(&mut self.exact, &self.anchor, self.corners);
         let frame = self.exact.as_deref()?;
@@ -563,6 +643,12 @@ impl Gradients {
     pub(crate) fn bytes(&self) -> usize {
         self.attributes.capacity() * size_of::<Field>() + self.values.capacity() * size_of::<f32>()
     }
+}
+
+/// Do numbers up to `magnitude`, and times Q, fit into `f32`, with room for the error below?
+#[inline(always)]
+fn fits(magnitude: f64) -> bool {
+    (1.0 / FITS..FITS).contains(&magnitude)
 }
 
 /// The middle of a range that includes both its ends, and how far they are from it.

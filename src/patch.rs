@@ -1,0 +1,214 @@
+//! Small triangles: from three snapped vertices to covered pixels, 16 at a time.
+//!
+//! A triangle of a few pixels costs more in edges and spans than in pixels. Here its bounding
+//! box is cut into *patches*, as many whole rows as 16 lanes hold, and a lane is covered if its
+//! centre is on the inner side of three edge functions (Pineda 1988). They are whole numbers
+//! below 2^53, so `f64` has them exactly, and the rule is that of the Y loop: a centre on a left
+//! or a top edge is in.
+
+use fearless_simd::{Level, Simd, dispatch};
+
+use crate::fixed::Subpixel;
+use crate::lanes::Wide;
+use crate::shade::BLOCK;
+use crate::space::PixelRect;
+
+/// Patches of a triangle, at most.
+const MOST: usize = 8;
+
+/// A pixel's side, with 16 fraction bits.
+const PIXEL: f64 = (1 << Subpixel::FRACTION_BITS) as f64;
+
+/// The covered pixels of a small triangle.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Patches {
+    /// The first patch's first pixel, in the framebuffer.
+    first: [i32; 2],
+    /// 1 to 16.
+    columns: u16,
+    /// Rows of a patch.
+    rows: u16,
+    count: usize,
+    masks: [u16; MOST],
+}
+
+/// Some whole rows of the bounding box: lane i is column i mod `columns` of row i / `columns`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Patch {
+    /// Lane 0, in the framebuffer.
+    pub(crate) first: [i32; 2],
+    pub(crate) columns: u16,
+    /// The covered lanes.
+    pub(crate) mask: u16,
+}
+
+impl Patches {
+    /// The patches of `bounds`, if they are few; nothing is covered yet.
+    #[inline(always)]
+    pub(crate) fn of(bounds: PixelRect) -> Option<Self> {
+        let width = u16::try_from(bounds.x1.wrapping_sub(bounds.x0)).ok()?;
+        let height = u16::try_from(bounds.y1.wrapping_sub(bounds.y0)).ok()?;
+        let columns = usize::from(width);
+        if !(1..=BLOCK).contains(&columns) || height == 0 {
+            return None;
+        }
+        let rows = ROWS[columns];
+        let count = usize::from(height).div_ceil(usize::from(rows));
+        let first = [bounds.x0, bounds.y0];
+        (count <= MOST).then_some(Self { first, columns: width, rows, count, masks: [0; MOST] })
+    }
+
+    /// Finds what `triangle` covers within `window`, where the viewport's corner is at `corner`.
+    /// `front`: counter-clockwise with y up. Returns pixels and spans.
+    #[inline(always)]
+    pub(crate) fn cover(
+        &mut self,
+        level: Level,
+        triangle: [[Subpixel; 2]; 3],
+        front: bool,
+        corner: [i32; 2],
+        window: PixelRect,
+    ) -> (u64, u64) {
+        let [x, y] = [0, 1].map(|k| Subpixel::centre_of(self.first[k] - corner[k]));
+        let from_first = triangle.map(|[px, py]| [px.wide() - x, py.wide() - y]);
+        dispatch!(level, simd => self.find(simd, from_first, front));
+        if !window.contains(self.bounds()) {
+            self.cut(window);
+        }
+        let (mut pixels, mut spans) = (0, 0);
+        for mask in &self.masks[..self.count] {
+            pixels += mask.count_ones();
+            // A row's run begins where the lane before is not set, or is in the row above.
+            spans += (mask & !(mask << 1 & !FIRST_LANES[usize::from(self.columns)])).count_ones();
+        }
+        (pixels.into(), spans.into())
+    }
+
+    /// `vertices` from the first pixel's centre, with 16 fraction bits.
+    #[inline(always)]
+    fn find<S: Simd>(&mut self, simd: S, vertices: [[i64; 2]; 3], front: bool) {
+        let columns = usize::from(self.columns);
+        let (xs, ys) = (Wide::load(simd, &COLUMNS[columns]), Wide::load(simd, &LANE_ROWS[columns]));
+        let rows = f64::from(self.rows);
+        let mut covered = [u16::MAX; MOST];
+        for k in 0..3 {
+            let ([px, py], [qx, qy]) = (vertices[k], vertices[(k + 1) % 3]);
+            // Positive inside, whichever way round it goes; y points down.
+            let (dx, dy) = if front { (px - qx, py - qy) } else { (qx - px, qy - py) };
+            // On the edge itself: is a point a hair to the right, and a hair's hair below, inside?
+            let owns = dy < 0 || dy == 0 && dx > 0;
+            let [dx, dy, px, py] = [dx, dy, px, py].map(whole);
+            let (step_x, step_y) = (-dy * PIXEL, dx * PIXEL);
+            let start = dy * px - dx * py - if owns { 0.0 } else { 1.0 };
+            let in_row = Wide::splat(simd, step_x) * xs + Wide::splat(simd, step_y) * ys;
+            let mut row = 0.0;
+            for covered in &mut covered[..self.count] {
+                let here = in_row + Wide::splat(simd, start + row * step_y);
+                *covered &= !here.below(Wide::splat(simd, 0.0));
+                row += rows;
+            }
+        }
+        self.masks = covered;
+        for mask in &mut self.masks[..self.count] {
+            *mask &= IN_ROWS[columns];
+        }
+    }
+
+    /// All pixels that the patches have.
+    fn bounds(&self) -> PixelRect {
+        let rows = u32::try_from(self.count).unwrap_or(0) * u32::from(self.rows);
+        PixelRect::new(self.first[0], self.first[1], u32::from(self.columns), rows)
+    }
+
+    /// Takes out what is not in `window`.
+    #[cold]
+    fn cut(&mut self, window: PixelRect) {
+        for i in 0..self.count {
+            let patch = self.patch(i);
+            for lane in 0..16_u16 {
+                let x = patch.first[0].saturating_add(i32::from(lane % patch.columns));
+                let y = patch.first[1].saturating_add(i32::from(lane / patch.columns));
+                if !window.contains(PixelRect::new(x, y, 1, 1)) {
+                    self.masks[i] &= !(1 << lane);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn patch(&self, i: usize) -> Patch {
+        let Self { first: [x, y], columns, rows, .. } = *self;
+        let above = i32::try_from(i).unwrap_or(0) * i32::from(rows);
+        Patch { first: [x, y.wrapping_add(above)], columns, mask: self.masks[i] }
+    }
+
+    /// Those of which something is covered.
+    #[inline(always)]
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Patch> {
+        (0..self.count).map(|i| self.patch(i)).filter(|patch| patch.mask != 0)
+    }
+}
+
+/// Below 2^24 pixels with 16 fraction bits: exact.
+#[expect(clippy::cast_precision_loss, reason = "below 2^53")]
+#[inline(always)]
+fn whole(number: i64) -> f64 {
+    number as f64
+}
+
+/// For each number of columns: how many whole rows 16 lanes hold.
+const ROWS: [u16; BLOCK + 1] = {
+    let mut rows = [0; BLOCK + 1];
+    let mut columns = 1;
+    while columns <= BLOCK {
+        rows[columns] = (BLOCK / columns) as u16;
+        columns += 1;
+    }
+    rows
+};
+
+/// For each number of columns: the lanes that are in a whole row.
+const IN_ROWS: [u16; BLOCK + 1] = {
+    let mut lanes = [0; BLOCK + 1];
+    let mut columns = 1;
+    while columns <= BLOCK {
+        lanes[columns] = (u16::MAX as u32 >> (BLOCK % columns)) as u16;
+        columns += 1;
+    }
+    lanes
+};
+
+/// For each number of columns: the lanes that begin a row.
+const FIRST_LANES: [u16; BLOCK + 1] = {
+    let mut lanes = [0; BLOCK + 1];
+    let mut columns = 1;
+    while columns <= BLOCK {
+        let mut lane = 0;
+        while lane < BLOCK {
+            lanes[columns] |= 1 << lane;
+            lane += columns;
+        }
+        columns += 1;
+    }
+    lanes
+};
+
+/// For each number of columns: each lane's column.
+pub(crate) static COLUMNS: [[f64; BLOCK]; BLOCK + 1] = places(false);
+
+/// For each number of columns: each lane's row.
+pub(crate) static LANE_ROWS: [[f64; BLOCK]; BLOCK + 1] = places(true);
+
+const fn places(rows: bool) -> [[f64; BLOCK]; BLOCK + 1] {
+    let mut places = [[0.0; BLOCK]; BLOCK + 1];
+    let mut columns = 1;
+    while columns <= BLOCK {
+        let mut lane = 0;
+        while lane < BLOCK {
+            places[columns][lane] = (if rows { lane / columns } else { lane % columns }) as f64;
+            lane += 1;
+        }
+        columns += 1;
+    }
+    places
+}
