@@ -194,6 +194,11 @@ impl Clipper {
         }));
     }
 
+    /// Are there planes beside the view volume's?
+    pub(crate) fn has_user_planes(&self) -> bool {
+        self.planes.len() > FIXED_PLANES
+    }
+
     /// The number of planes.
     pub fn plane_count(&self) -> usize {
         self.planes.len()

@@ -49,8 +49,14 @@ impl Subpixel {
     /// ```
     #[inline(always)]
     pub fn first_centre(self) -> i32 {
+        Self::first_centre_of(self.0)
+    }
+
+    /// The same of the bits of a coordinate.
+    #[inline(always)]
+    pub(crate) fn first_centre_of(bits: i32) -> i32 {
         // Without overflow: the reach leaves a pixel.
-        (self.0 + (Self::HALF - 1)) >> Self::FRACTION_BITS
+        (bits + (Self::HALF - 1)) >> Self::FRACTION_BITS
     }
 
     /// The centre of a row (or column), with 16 fraction bits.

@@ -62,6 +62,7 @@ pub mod shade;
 mod settle;
 mod lanes;
 mod patch;
+mod triangle;
 mod span;
 pub mod depth;
 pub mod texture;

@@ -6,7 +6,7 @@
 //! below 2^53, so `f64` has them exactly, and the rule is that of the Y loop: a centre on a left
 //! or a top edge is in.
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::Simd;
 
 use crate::fixed::Subpixel;
 use crate::lanes::Wide;
@@ -58,20 +58,18 @@ impl Patches {
         (count <= MOST).then_some(Self { first, columns: width, rows, count, masks: [0; MOST] })
     }
 
-    /// Finds what `triangle` covers within `window`, where the viewport's corner is at `corner`.
-    /// `front`: counter-clockwise with y up. Returns pixels and spans.
+    /// Finds what the triangle covers within `window`: `vertices` from the first pixel's centre,
+    /// whole numbers with 16 fraction bits. `front`: counter-clockwise with y up. Returns pixels
+    /// and spans.
     #[inline(always)]
-    pub(crate) fn cover(
+    pub(crate) fn cover<S: Simd>(
         &mut self,
-        level: Level,
-        triangle: [[Subpixel; 2]; 3],
+        simd: S,
+        vertices: [[f64; 2]; 3],
         front: bool,
-        corner: [i32; 2],
         window: PixelRect,
     ) -> (u64, u64) {
-        let [x, y] = [0, 1].map(|k| Subpixel::centre_of(self.first[k] - corner[k]));
-        let from_first = triangle.map(|[px, py]| [px.wide() - x, py.wide() - y]);
-        dispatch!(level, simd => self.find(simd, from_first, front));
+        self.find(simd, vertices, front);
         if !window.contains(self.bounds()) {
             self.cut(window);
         }
@@ -84,9 +82,8 @@ impl Patches {
         (pixels.into(), spans.into())
     }
 
-    /// `vertices` from the first pixel's centre, with 16 fraction bits.
     #[inline(always)]
-    fn find<S: Simd>(&mut self, simd: S, vertices: [[i64; 2]; 3], front: bool) {
+    fn find<S: Simd>(&mut self, simd: S, vertices: [[f64; 2]; 3], front: bool) {
         let columns = usize::from(self.columns);
         let (xs, ys) = (Wide::load(simd, &COLUMNS[columns]), Wide::load(simd, &LANE_ROWS[columns]));
         let rows = f64::from(self.rows);
@@ -96,8 +93,7 @@ impl Patches {
             // Positive inside, whichever way round it goes; y points down.
             let (dx, dy) = if front { (px - qx, py - qy) } else { (qx - px, qy - py) };
             // On the edge itself: is a point a hair to the right, and a hair's hair below, inside?
-            let owns = dy < 0 || dy == 0 && dx > 0;
-            let [dx, dy, px, py] = [dx, dy, px, py].map(whole);
+            let owns = dy < 0.0 || dy == 0.0 && dx > 0.0;
             let (step_x, step_y) = (-dy * PIXEL, dx * PIXEL);
             let start = dy * px - dx * py - if owns { 0.0 } else { 1.0 };
             let in_row = Wide::splat(simd, step_x) * xs + Wide::splat(simd, step_y) * ys;
@@ -147,13 +143,6 @@ impl Patches {
     pub(crate) fn iter(&self) -> impl Iterator<Item = Patch> {
         (0..self.count).map(|i| self.patch(i)).filter(|patch| patch.mask != 0)
     }
-}
-
-/// Below 2^24 pixels with 16 fraction bits: exact.
-#[expect(clippy::cast_precision_loss, reason = "below 2^53")]
-#[inline(always)]
-fn whole(number: i64) -> f64 {
-    number as f64
 }
 
 /// For each number of columns: how many whole rows 16 lanes hold.

@@ -9,7 +9,6 @@ use crate::edge::{Outline, Span};
 use crate::fixed::{exponent_of, power_of_two};
 use crate::gradient::{AttributesOf, ConstantAlong, Gradients, Subject, Wanted};
 use crate::paint::{Covered, Placement, paint};
-use crate::patch::Patches;
 use crate::polygon::Polygon;
 use crate::settle::Walked;
 use crate::shade::{BLOCK, Shader};
@@ -17,6 +16,7 @@ use crate::simd::Simd;
 use crate::space::{PixelRect, Viewport};
 use crate::stats::Stats;
 use crate::target::{DepthBuffer, Plane, Target};
+use crate::triangle::{InView, Sight, View};
 use crate::varying::Interpolation;
 
 /// Which polygons are left out for the way they face. Front faces are counter-clockwise with
@@ -30,6 +30,18 @@ pub enum Cull {
     Back,
     /// Front faces are left out.
     Front,
+}
+
+impl Cull {
+    /// Is a polygon drawn that faces the front, or not?
+    #[inline(always)]
+    fn keeps(self, front: bool) -> bool {
+        match self {
+            Self::None => true,
+            Self::Back => front,
+            Self::Front => !front,
+        }
+    }
 }
 
 /// How good attributes are; see docs/precision.md.
@@ -69,6 +81,7 @@ pub struct Tiler {
     precision: Precision,
     interpolation: Vec<Interpolation>,
     clipper: Clipper,
+    view: View,
     simd: Simd,
     stats: Stats,
     scratch: Scratch,
@@ -84,6 +97,7 @@ struct Scratch {
     outline: Outline,
     /// Within what is visible.
     spans: Vec<Span>,
+    in_view: InView,
     gradients: Gradients,
     attributes: Vec<[f32; BLOCK]>,
 }
@@ -99,6 +113,7 @@ impl Tiler {
             precision: Precision::Fast,
             interpolation: Vec::new(),
             clipper: Clipper::new(viewport),
+            view: View::new(viewport),
             simd: Simd::auto(),
             stats: Stats::default(),
             scratch: Scratch::default(),
@@ -204,28 +219,54 @@ impl Tiler {
         S: Shader,
         T: Target<Pixel = S::Pixel>,
     {
-        // 1. The polygon, at a size where nothing overflows.
-        let exponent = match take_in(polygon, &mut self.scratch.given) {
-            Ok(exponent) => exponent,
-            Err(outcome) => return outcome,
-        };
-
-        // 2 to 5. Clip, divide, cull, edges.
         let window = window(self.viewport, self.origin, target.size(), depth.as_deref());
-        let found = match self.scan(window) {
-            Ok(found) => found,
-            Err(outcome) => return outcome,
+
+        // 1 to 5 in one, for a triangle of a few pixels in the view.
+        let triangle: [[f64; 4]; 3];
+        let sight = if polygon.len() == 3 && !self.clipper.has_user_planes() {
+            triangle = [0, 1, 2].map(|i| polygon.position(i));
+            self.look(&triangle, window)
+        } else {
+            triangle = [[0.0; 4]; 3];
+            Sight::Elsewhere
+        };
+        let (exponent, found) = match sight {
+            Sight::Degenerate => return Outcome::Degenerate,
+            Sight::Away => return Outcome::Backface,
+            Sight::Nothing => return Outcome::Drawn,
+            Sight::Pixels => (0, None),
+            Sight::Elsewhere => {
+                // 1. The polygon, at a size where nothing overflows.
+                let exponent = match take_in(polygon, &mut self.scratch.given) {
+                    Ok(exponent) => exponent,
+                    Err(outcome) => return outcome,
+                };
+                // 2 to 5. Clip, divide, cull, edges.
+                match self.scan(window) {
+                    Ok(found) => (exponent, Some(found)),
+                    Err(outcome) => return outcome,
+                }
+            }
+        };
+        let Scratch { given, screen, spans, in_view, gradients, attributes, .. } =
+            &mut self.scratch;
+        let (positions, covered, found) = match found {
+            Some(found) => (given.as_slice(), Covered::Spans(spans), found),
+            None => {
+                let found = Scanned::of(in_view);
+                (triangle.as_slice(), Covered::Patches(&in_view.patches), found)
+            }
         };
 
         // 6. Gradients, of what is asked for; found out: what is constant.
         let test = depth.is_some().then_some(self.depth_test.source);
-        let Scratch { given, screen, spans, gradients, attributes, .. } = &mut self.scratch;
         let subject = Subject {
             attributes: &AttributesOf(polygon),
             viewport: self.viewport,
-            positions: given,
+            positions,
             exponent,
             screen,
+            in_view: sight == Sight::Pixels,
             interpolation: &self.interpolation,
             clipped_w: found.w,
             columns: found.columns,
@@ -254,7 +295,6 @@ impl Tiler {
             test: self.depth_test,
         };
         let walked = Walked::new(&subject, gradients, &mut self.clipper);
-        let covered = found.patches.as_ref().map_or(Covered::Spans(spans), Covered::Patches);
         let (shaded, exact_values) =
             paint(self.simd.0, walked, covered, place, attributes, shader, target, depth);
         self.stats.spans += found.spans;
@@ -263,6 +303,14 @@ impl Tiler {
         self.stats.pixels_hidden += found.pixels - shaded;
         self.stats.exact_values += exact_values;
         Outcome::Drawn
+    }
+
+    /// Looks for a small triangle within `window`.
+    #[inline(never)]
+    fn look(&mut self, triangle: &[[f64; 4]; 3], window: PixelRect) -> Sight {
+        let cull = self.cull;
+        let keeps = |front| cull.keeps(front);
+        self.view.look(self.simd.0, triangle, keeps, window, &mut self.scratch.in_view)
     }
 
     /// From the polygon that was taken in to its spans within `window`.
@@ -295,12 +343,7 @@ impl Tiler {
         if area == 0 && (bounds.is_empty() || !outline.set(screen).covers_anything()) {
             return Err(Outcome::Degenerate);
         }
-        let left_out = match self.cull {
-            Cull::None => false,
-            Cull::Back => area <= 0,
-            Cull::Front => area > 0,
-        };
-        if left_out {
+        if !self.cull.keeps(area > 0) {
             return Err(Outcome::Backface);
         }
         let seen = bounds.intersect(self.viewport.rect());
@@ -308,30 +351,8 @@ impl Tiler {
             return Err(Outcome::Drawn);
         }
 
-        let scanned = |pixels: u64, spans: u64, patches: Option<Patches>| Scanned {
-            w: range_of_w(screen, visible),
-            columns: [seen.x0, seen.x1 - 1],
-            rows: [seen.y0, seen.y1 - 1],
-            pixels,
-            spans,
-            patches,
-        };
-
-        // 5. Small triangles: pixels at once.
+        // 5. Edges: the Y loop, within what can be seen.
         let corner = self.viewport.rect();
-        if outcodes.accepted()
-            && let [a, b, c] = screen.as_slice()
-            && let Some(mut patches) = Patches::of(bounds)
-        {
-            let triangle = [a.snapped, b.snapped, c.snapped];
-            let corner = [corner.x0, corner.y0];
-            let (pixels, spans) =
-                patches.cover(self.simd.0, triangle, area > 0, corner, window);
-            let found = (pixels > 0).then(|| scanned(pixels, spans, Some(patches)));
-            return found.ok_or(Outcome::Drawn);
-        }
-
-        // Edges: the Y loop, within what can be seen.
         let (x0, x1) = (window.x0 - corner.x0, window.x1 - corner.x0);
         let mut pixels = 0;
         spans.clear();
@@ -345,7 +366,13 @@ impl Tiler {
         if spans.is_empty() {
             return Err(Outcome::Drawn);
         }
-        Ok(scanned(pixels, spans.len() as u64, None))
+        Ok(Scanned {
+            w: range_of_w(screen, visible),
+            columns: [seen.x0, seen.x1 - 1],
+            rows: [seen.y0, seen.y1 - 1],
+            pixels,
+            spans: spans.len() as u64,
+        })
     }
 
     /// Bytes that the buffers hold.
@@ -413,8 +440,15 @@ struct Scanned {
     /// Pixels that are covered, in how many spans.
     pixels: u64,
     spans: u64,
-    /// The covered pixels of a small triangle; else they are in the spans.
-    patches: Option<Patches>,
+}
+
+impl Scanned {
+    /// The same of a small triangle.
+    fn of(found: &InView) -> Self {
+        let InView { bounds, w, pixels, spans, .. } = *found;
+        let columns = [bounds.x0, bounds.x1 - 1];
+        Self { w, columns, rows: [bounds.y0, bounds.y1 - 1], pixels, spans }
+    }
 }
 
 /// The pixels of the framebuffer whose centres the snapped vertices may enclose.

@@ -147,17 +147,58 @@ impl Anchor {
     }
 }
 
-/// The weights of a triple's vertices, times det.
+/// The weights of a triple's vertices, times det, in `f64`.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Frame {
+pub(crate) struct Plane {
     /// det/w.
-    pub(crate) q: Bounded,
-    q_size: f64,
+    pub(crate) q: Linear,
     /// det times the weight of b, and of c.
     weights: [Linear; 2],
+    pub(crate) det: f64,
+}
+
+impl Plane {
+    /// Of a triple whose errors are of no interest.
+    #[inline(always)]
+    pub(crate) fn new(anchor: &Anchor, triple: [[f64; 4]; 3]) -> Self {
+        let [a, b, c] = triple.map(|p| anchor.project(p).0);
+        Self::of(a, sub(b, a), sub(c, a))
+    }
+
+    /// Of a and the edges to b and c.
+    #[inline(always)]
+    fn of(a: [f64; 3], to_b: [f64; 3], to_c: [f64; 3]) -> Self {
+        let linear = |[x, y, c]: [f64; 3]| Linear { x, y, c };
+        let q = cross(to_b, to_c);
+        Self {
+            q: linear(q),
+            weights: [linear(cross(to_c, a)), linear(cross(a, to_b))],
+            det: a[0] * q[0] + a[1] * q[1] + a[2] * q[2],
+        }
+    }
+
+    /// `base` det/w + `b` lambda_b det + `c` lambda_c det.
+    #[inline(always)]
+    pub(crate) fn combine(&self, [base, b, c]: [f64; 3]) -> Linear {
+        let [wb, wc] = &self.weights;
+        let q = &self.q;
+        let combined = |q: f64, wb: f64, wc: f64| base * q + (b * wb + c * wc);
+        Linear {
+            x: combined(q.x, wb.x, wc.x),
+            y: combined(q.y, wb.y, wc.y),
+            c: combined(q.c, wb.c, wc.c),
+        }
+    }
+}
+
+/// The same with bounds of the errors.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Frame {
+    pub(crate) plane: Plane,
+    pub(crate) q_error: f64,
+    q_size: f64,
     weight_error: f64,
     weight_size: f64,
-    pub(crate) det: f64,
     pub(crate) det_error: f64,
 }
 
@@ -183,8 +224,8 @@ impl Frame {
             2.0 * (edge_error[i] * size[j] + (size[i] + edge_error[i]) * edge_error[j])
                 + MINOR_ERROR * size[i] * size[j]
         };
-        let [x, y, c] = cross(edges[0], edges[1]);
-        let mut q = Linear { x, y, c };
+        let mut plane = Plane::of(a, edges[0], edges[1]);
+        let Linear { x, y, c } = plane.q;
         let mut q_error = [minor_error(1, 2), minor_error(2, 0), minor_error(0, 1)];
         let normal = [x, y, c];
         let term_error = |k: usize| {
@@ -195,11 +236,11 @@ impl Frame {
         // A slope that cannot be told from 0 is 0, and the bound says what that may cost.
         if x.abs() <= q_error[0] {
             q_error[0] += x.abs();
-            q.x = 0.0;
+            plane.q.x = 0.0;
         }
         if y.abs() <= q_error[1] {
             q_error[1] += y.abs();
-            q.y = 0.0;
+            plane.q.y = 0.0;
         }
 
         // (c - a) x a and a x (b - a).
@@ -211,18 +252,15 @@ impl Frame {
             one(i, j) + one(j, i)
         };
         let weight_errors = [weight_error(1, 2), weight_error(2, 0), weight_error(0, 1)];
-        let ([bx, by, bc], [cx, cy, cc]) = (cross(edges[1], a), cross(a, edges[0]));
-        let weights = [Linear { x: bx, y: by, c: bc }, Linear { x: cx, y: cy, c: cc }];
-        let q_size = q.size(reach);
-        let weight_size = greatest([weights[0].size(reach), weights[1].size(reach), 0.0]);
+        let q_size = plane.q.size(reach);
+        let [weight_b, weight_c] = plane.weights.map(|weight| weight.size(reach));
         let q_error = SECOND_ORDER * (reach.total(q_error) + EVALUATION_ERROR * q_size) + TINY;
         Self {
-            q: Bounded { linear: q, error: q_error },
+            plane,
+            q_error,
             q_size,
-            weights,
             weight_error: SECOND_ORDER * reach.total(weight_errors) + TINY,
-            weight_size,
-            det: a[0] * normal[0] + a[1] * normal[1] + a[2] * normal[2],
+            weight_size: greatest([weight_b, weight_c, 0.0]),
             det_error: SECOND_ORDER * det_error + TINY,
         }
     }
@@ -231,17 +269,10 @@ impl Frame {
     /// `input_error` at most.
     #[inline(always)]
     pub(crate) fn combine(&self, [base, b, c]: [f64; 3], input_error: f64) -> Bounded {
-        let [wb, wc] = &self.weights;
-        let q = &self.q.linear;
-        let combined = |q: f64, wb: f64, wc: f64| base * q + (b * wb + c * wc);
-        let linear = Linear {
-            x: combined(q.x, wb.x, wc.x),
-            y: combined(q.y, wb.y, wc.y),
-            c: combined(q.c, wb.c, wc.c),
-        };
+        let linear = self.plane.combine([base, b, c]);
         let (base, weight) = (base.abs(), b.abs() + c.abs());
         let rounding = COMBINATION_ERROR + EVALUATION_ERROR;
-        let error = base * (self.q.error + rounding * self.q_size)
+        let error = base * (self.q_error + rounding * self.q_size)
             + weight * (self.weight_error + rounding * self.weight_size)
             + input_error * (self.q_size + 2.0 * self.weight_size);
         Bounded { linear, error: SECOND_ORDER * error + TINY }

@@ -10,6 +10,7 @@
 
 pub(crate) mod frame;
 pub(crate) mod triple;
+mod view;
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -133,7 +134,9 @@ pub(crate) struct Subject<'a> {
     /// The positions as given, times 2^-`exponent`.
     pub(crate) positions: &'a [[f64; 4]],
     pub(crate) exponent: i32,
-    /// The clipped polygon's vertices in the framebuffer.
+    /// Is it a triangle within the view volume, small, and moderate in w?
+    pub(crate) in_view: bool,
+    /// The clipped polygon's vertices in the framebuffer, if it has more than three.
     pub(crate) screen: &'a [ScreenVertex],
     pub(crate) interpolation: &'a [Interpolation],
     /// Least and greatest w of the clipped polygon, scaled as `positions` are.
@@ -190,6 +193,8 @@ pub(crate) struct Gradients {
     triple: [usize; 3],
     corners: [[f64; 4]; 3],
     frame: Frame,
+    /// Is the plane so good that nothing else of `frame` was found?
+    one_bound: bool,
     /// Made when first needed.
     exact: Option<Box<ExactFrame>>,
     shape: Option<Shape>,
@@ -250,8 +255,14 @@ impl Gradients {
         let (row, v) = middle(subject.rows);
         self.anchor = Anchor::new(subject.viewport, [column, row]);
         self.reach = Reach { u, v };
+        self.one_bound = subject.in_view && !subject.wanted.exact && self.set_in_view(subject);
+        if self.one_bound {
+            return;
+        }
         self.frame = Frame::new(&self.anchor, self.corners, self.reach);
-        self.take_plane(subject, self.frame.q, self.frame.det, self.frame.det_error);
+        let Frame { plane, q_error, det_error, .. } = self.frame;
+        let q = Bounded { linear: plane.q, error: q_error };
+        self.take_plane(subject, q, plane.det, det_error);
         let error = self.q_error / self.least_q + self.det_relative_error;
         // Also where the bound is no number.
         let good = error <= if subject.wanted.exact { WORTH_EXACT_SETUP } else { TRUSTED };
@@ -286,8 +297,15 @@ impl Gradients {
         let fits = det.abs() <= self.least_q * subject.clipped_w[0] * FITS;
         let trusted = error <= TRUSTED * self.least_q && beyond <= self.least_q / 2.0 && fits;
         self.strict = subject.wanted.exact || !trusted;
-        self.unit = power_of_two(-exponent_of(self.least_q).unwrap_or(0));
-        self.unit_q = self.q.scaled(self.unit);
+        self.take_trusted_plane(self.q, det, self.least_q);
+    }
+
+    /// What follows from Q, det and the least |Q|.
+    #[inline(always)]
+    fn take_trusted_plane(&mut self, q: Linear, det: f64, least_q: f64) {
+        (self.q, self.det, self.least_q) = (q, det, least_q);
+        self.unit = power_of_two(-exponent_of(least_q).unwrap_or(0));
+        self.unit_q = q.scaled(self.unit);
         self.constant = match (self.q.x == 0.0, self.q.y == 0.0) {
             (true, true) => ConstantAlong::Polygon,
             (true, false) => ConstantAlong::Row,
@@ -387,6 +405,9 @@ impl Gradients {
         if z == [0.0; 3] {
             return Field::Constant(0.0);
         }
+        if self.one_bound {
+            return self.depth_in_view(z);
+        }
         let bounded = match self.exact.as_deref() {
             None => {
                 let size = z[0].abs().max(z[1].abs()).max(z[2].abs());
@@ -444,10 +465,14 @@ impl Gradients {
         let values = [value(0), value(1), value(2)];
         let size = f64::from(range[0].abs().max(range[1].abs()));
         let may_be_plain = !self.strict && fits(size);
+        if self.one_bound {
+            if may_be_plain {
+                return self.attribute_in_view(values, over_w, range);
+            }
+            self.frame = Frame::new(&self.anchor, self.corners, self.reach);
+        }
         if self.exact.is_none() {
-            let weight = |i: usize| if over_w { 1.0 } else { self.corners[i][3] };
-            let b = weight(1) * (values[1] - values[0]);
-            let c = weight(2) * (values[2] - values[0]);
+            let [b, c] = self.differences(values, over_w);
             let input_error = 3.0 * U * b.abs().max(c.abs());
             let combined = |base: f64| self.frame.combine([base, b, c], input_error);
             if may_be_plain {
@@ -480,6 +505,13 @@ impl Gradients {
         }
         let combined = combine(&[zero, b, c]);
         Field::Strict(self.strict_attribute(combined, values[0], over_w, range))
+    }
+
+    /// The differences of b's and c's values to a's, times w if not over w.
+    #[inline(always)]
+    fn differences(&self, values: [f64; 3], over_w: bool) -> [f64; 2] {
+        let weight = |i: usize| if over_w { 1.0 } else { self.corners[i][3] };
+        [1, 2].map(|i| weight(i) * (values[i] - values[0]))
     }
 
     /// An attribute of magnitude `size` as it comes, if that is good enough: over w from
