@@ -63,6 +63,12 @@ impl Subpixel {
     pub(crate) fn centre_of(index: i32) -> i64 {
         (i64::from(index) << Self::FRACTION_BITS) + i64::from(Self::HALF)
     }
+
+    /// The same of one within the grid's reach.
+    #[inline(always)]
+    pub(crate) fn centre_bits(index: i32) -> i32 {
+        (index << Self::FRACTION_BITS) + Self::HALF
+    }
 }
 
 /// The nearest whole number, ties to even; 0 for NaN; `value` below 2^51 in magnitude

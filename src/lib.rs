@@ -52,6 +52,7 @@ pub mod space;
 pub mod fixed;
 mod exact;
 pub mod varying;
+pub mod placed;
 pub mod polygon;
 pub mod clip;
 pub mod divide;
@@ -74,6 +75,7 @@ pub mod camera;
 
 pub use depth::{Compare, DepthSource, DepthTest};
 pub use error::Error;
+pub use placed::Placed;
 pub use polygon::{Indexed, Polygon, Strided, Vertex};
 pub use shade::{BLOCK, Block, Fragment, Inputs, Shader, Solid, unorm8};
 pub use simd::Simd;

@@ -6,10 +6,10 @@
 //! below 2^53, so `f64` has them exactly, and the rule is that of the Y loop: a centre on a left
 //! or a top edge is in.
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, SimdBase, SimdMask, f64x8};
 
 use crate::fixed::Subpixel;
-use crate::lanes::Wide;
+use crate::lanes::low_bits;
 use crate::shade::BLOCK;
 use crate::space::PixelRect;
 
@@ -28,6 +28,8 @@ pub(crate) struct Patches {
     columns: u16,
     /// Rows of a patch.
     rows: u16,
+    /// Columns times rows, without those of the last patch that are not in the box.
+    pixels_of_box: u32,
     count: usize,
     masks: [u16; MOST],
 }
@@ -54,8 +56,12 @@ impl Patches {
         }
         let rows = ROWS[columns];
         let count = usize::from(height).div_ceil(usize::from(rows));
+        if count > MOST {
+            return None;
+        }
         let first = [bounds.x0, bounds.y0];
-        (count <= MOST).then_some(Self { first, columns: width, rows, count, masks: [0; MOST] })
+        let pixels_of_box = u32::from(width) * u32::from(height);
+        Some(Self { first, columns: width, rows, pixels_of_box, count, masks: [0; MOST] })
     }
 
     /// Finds what the triangle covers within `window`: `vertices` from the first pixel's centre,
@@ -69,45 +75,30 @@ impl Patches {
         front: bool,
         window: PixelRect,
     ) -> (u64, u64) {
-        self.find(simd, vertices, front);
-        if !window.contains(self.bounds()) {
-            self.cut(window);
-        }
-        let (mut pixels, mut spans) = (0, 0);
-        for mask in &self.masks[..self.count] {
+        let [a, b, c] = vertices;
+        // The same way round for all.
+        let (b, c) = if front { (c, b) } else { (b, c) };
+        let edges = [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)];
+        let columns = usize::from(self.columns);
+        let few = self.count == 1 && self.pixels_of_box <= 8;
+        let (mut pixels, mut spans, mut row) = (0, 0, 0.0);
+        for i in 0..self.count {
+            let mut mask = covered(simd, edges, columns, row, 0);
+            if !few {
+                mask |= covered(simd, edges, columns, row, 1) << 8;
+            }
+            mask &= IN_ROWS[columns];
+            self.masks[i] = mask;
+            if !window.contains(self.bounds()) {
+                self.cut(i, window);
+                mask = self.masks[i];
+            }
             pixels += mask.count_ones();
             // A row's run begins where the lane before is not set, or is in the row above.
-            spans += (mask & !(mask << 1 & !FIRST_LANES[usize::from(self.columns)])).count_ones();
+            spans += (mask & !(mask << 1 & !FIRST_LANES[columns])).count_ones();
+            row += f64::from(self.rows);
         }
         (pixels.into(), spans.into())
-    }
-
-    #[inline(always)]
-    fn find<S: Simd>(&mut self, simd: S, vertices: [[f64; 2]; 3], front: bool) {
-        let columns = usize::from(self.columns);
-        let (xs, ys) = (Wide::load(simd, &COLUMNS[columns]), Wide::load(simd, &LANE_ROWS[columns]));
-        let rows = f64::from(self.rows);
-        let mut covered = [u16::MAX; MOST];
-        for k in 0..3 {
-            let ([px, py], [qx, qy]) = (vertices[k], vertices[(k + 1) % 3]);
-            // Positive inside, whichever way round it goes; y points down.
-            let (dx, dy) = if front { (px - qx, py - qy) } else { (qx - px, qy - py) };
-            // On the edge itself: is a point a hair to the right, and a hair's hair below, inside?
-            let owns = dy < 0.0 || dy == 0.0 && dx > 0.0;
-            let (step_x, step_y) = (-dy * PIXEL, dx * PIXEL);
-            let start = dy * px - dx * py - if owns { 0.0 } else { 1.0 };
-            let in_row = Wide::splat(simd, step_x) * xs + Wide::splat(simd, step_y) * ys;
-            let mut row = 0.0;
-            for covered in &mut covered[..self.count] {
-                let here = in_row + Wide::splat(simd, start + row * step_y);
-                *covered &= !here.below(Wide::splat(simd, 0.0));
-                row += rows;
-            }
-        }
-        self.masks = covered;
-        for mask in &mut self.masks[..self.count] {
-            *mask &= IN_ROWS[columns];
-        }
     }
 
     /// All pixels that the patches have.
@@ -116,17 +107,15 @@ impl Patches {
         PixelRect::new(self.first[0], self.first[1], u32::from(self.columns), rows)
     }
 
-    /// Takes out what is not in `window`.
+    /// Takes out of patch `i` what is not in `window`.
     #[cold]
-    fn cut(&mut self, window: PixelRect) {
-        for i in 0..self.count {
-            let patch = self.patch(i);
-            for lane in 0..16_u16 {
-                let x = patch.first[0].saturating_add(i32::from(lane % patch.columns));
-                let y = patch.first[1].saturating_add(i32::from(lane / patch.columns));
-                if !window.contains(PixelRect::new(x, y, 1, 1)) {
-                    self.masks[i] &= !(1 << lane);
-                }
+    fn cut(&mut self, i: usize, window: PixelRect) {
+        let patch = self.patch(i);
+        for lane in 0..16_u16 {
+            let x = patch.first[0].saturating_add(i32::from(lane % patch.columns));
+            let y = patch.first[1].saturating_add(i32::from(lane / patch.columns));
+            if !window.contains(PixelRect::new(x, y, 1, 1)) {
+                self.masks[i] &= !(1 << lane);
             }
         }
     }
@@ -143,6 +132,44 @@ impl Patches {
     pub(crate) fn iter(&self) -> impl Iterator<Item = Patch> {
         (0..self.count).map(|i| self.patch(i)).filter(|patch| patch.mask != 0)
     }
+}
+
+/// An edge function: not negative at the centres that are on the inner side.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    /// At the first pixel's centre.
+    start: f64,
+    /// A column to the right, a row down.
+    step_x: f64,
+    step_y: f64,
+}
+
+impl Edge {
+    /// From `p` to `q`, with the inside on the left where y points down.
+    #[inline(always)]
+    fn new([px, py]: [f64; 2], [qx, qy]: [f64; 2]) -> Self {
+        let (dx, dy) = (qx - px, qy - py);
+        // On the edge itself: is a point a hair to the right, and a hair's hair below, inside?
+        let owns = dy < 0.0 || dy == 0.0 && dx > 0.0;
+        let start = dy * px - dx * py - if owns { 0.0 } else { 1.0 };
+        Self { start, step_x: -dy * PIXEL, step_y: dx * PIXEL }
+    }
+}
+
+/// The lanes of one `half` of a patch, whose first row is `row`, that are inside of all `edges`.
+#[inline(always)]
+fn covered<S: Simd>(simd: S, edges: [Edge; 3], columns: usize, row: f64, half: usize) -> u16 {
+    let xs = f64x8::from_slice(simd, &COLUMNS[columns][8 * half..8 * half + 8]);
+    let ys = f64x8::from_slice(simd, &LANE_ROWS[columns][8 * half..8 * half + 8]);
+    let splat = |value: f64| f64x8::splat(simd, value);
+    let at = |edge: Edge| {
+        let start = splat(edge.start + row * edge.step_y);
+        start + splat(edge.step_x) * xs + splat(edge.step_y) * ys
+    };
+    let [a, b, c] = edges;
+    let zero = splat(0.0);
+    let inside = at(a).simd_ge(zero) & at(b).simd_ge(zero) & at(c).simd_ge(zero);
+    low_bits(inside.to_bitmask())
 }
 
 /// For each number of columns: how many whole rows 16 lanes hold.

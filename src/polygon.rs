@@ -6,6 +6,7 @@
 //! and nothing is judged: refusing a polygon is the clipper's first step.
 
 use crate::error::Error;
+use crate::placed::Placed;
 use crate::space::ClipPosition;
 
 /// A polygon: positions in clip space, and as many attributes at each vertex.
@@ -28,6 +29,20 @@ pub trait Polygon {
 
     /// Attribute `k` (below `attribute_count()`) of vertex `i` (below `len()`).
     fn attribute(&self, i: usize, k: usize) -> f32;
+
+    /// Where the vertices lie, if that has been worked out: for polygons that share them. They
+    /// must be those of [`position`](Self::position), else what is drawn is anybody's guess;
+    /// those of another viewport than the tiler's are not used.
+    #[inline]
+    fn placed(&self) -> Option<&Placed> {
+        None
+    }
+
+    /// The number in [`placed`](Self::placed) of vertex `i`.
+    #[inline]
+    fn placed_index(&self, i: usize) -> usize {
+        i
+    }
 }
 
 /// A vertex with `N` attributes. An array or a slice of them is a [`Polygon`].
@@ -153,6 +168,7 @@ impl<P: ClipPosition> Polygon for Strided<'_, P> {
 pub struct Indexed<'a, V: ?Sized> {
     vertices: &'a V,
     indices: &'a [u32],
+    placed: Option<&'a Placed>,
 }
 
 impl<'a, V: Polygon + ?Sized> Indexed<'a, V> {
@@ -164,8 +180,15 @@ impl<'a, V: Polygon + ?Sized> Indexed<'a, V> {
         let n = vertices.len();
         match indices.iter().position(|i| *i as usize >= n) {
             Some(at) => Err(Error::IndexOutOfRange { at, index: indices[at], vertices: n }),
-            None => Ok(Self { vertices, indices }),
+            None => Ok(Self { vertices, indices, placed: None }),
         }
+    }
+}
+
+impl<'a, V: ?Sized> Indexed<'a, V> {
+    /// With the places of all the vertices of the list.
+    pub fn with_placed(self, placed: &'a Placed) -> Self {
+        Self { placed: Some(placed), ..self }
     }
 }
 
@@ -188,5 +211,15 @@ impl<V: Polygon + ?Sized> Polygon for Indexed<'_, V> {
     #[inline]
     fn attribute(&self, i: usize, k: usize) -> f32 {
         self.vertices.attribute(self.indices[i] as usize, k)
+    }
+
+    #[inline]
+    fn placed(&self) -> Option<&Placed> {
+        self.placed
+    }
+
+    #[inline]
+    fn placed_index(&self, i: usize) -> usize {
+        self.indices[i] as usize
     }
 }

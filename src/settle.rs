@@ -69,11 +69,12 @@ impl<'a> Walked<'a> {
     #[inline(never)]
     pub(crate) fn set_attributes(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
         self.gradients.set_attributes(self.subject);
-        lanes.clear();
-        lanes.extend(self.gradients.attributes.iter().map(|field| match field {
-            Field::Constant(value) => [*value; BLOCK],
-            _ => [0.0; BLOCK],
-        }));
+        lanes.resize(self.gradients.attributes.len(), [0.0; BLOCK]);
+        for (lanes, field) in lanes.iter_mut().zip(&self.gradients.attributes) {
+            if let Field::Constant(value) = field {
+                *lanes = [*value; BLOCK];
+            }
+        }
     }
 
     /// Along the edges of `span` and across it; and the lanes at which that is surely rounded

@@ -172,10 +172,9 @@ impl<'a, S: Simd> Walker<'a, S, InPatch<S>> {
         self.strict.found &= same;
         (polygon.u, polygon.v, polygon.columns) = (u, v, patch.columns);
         let columns = usize::from(patch.columns);
-        let offsets = |first: i32, lanes: &[[f64; BLOCK]; BLOCK + 1]| {
-            Wide::load(simd, &lanes[columns]) + Wide::splat(simd, f64::from(first))
-        };
-        self.place = InPatch { us: offsets(u, &COLUMNS), vs: offsets(v, &LANE_ROWS) };
+        let us = Wide::load(simd, &COLUMNS[columns]) + Wide::splat(simd, f64::from(u));
+        let vs = Wide::load(simd, &LANE_ROWS[columns]) + Wide::splat(simd, f64::from(v));
+        self.place = InPatch { us, vs };
     }
 }
 

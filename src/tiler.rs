@@ -2,6 +2,8 @@
 
 use alloc::vec::Vec;
 
+use fearless_simd::dispatch;
+
 use crate::clip::{ClipPlane, Clipped, Clipper, VertexArrays};
 use crate::depth::{DepthSource, DepthTest};
 use crate::divide::{ScreenVertex, divide, snapped_area};
@@ -9,6 +11,7 @@ use crate::edge::{Outline, Span};
 use crate::fixed::{exponent_of, power_of_two};
 use crate::gradient::{AttributesOf, ConstantAlong, Gradients, Subject, Wanted};
 use crate::paint::{Covered, Placement, paint};
+use crate::placed::{Constants, PlacedVertex};
 use crate::polygon::Polygon;
 use crate::settle::Walked;
 use crate::shade::{BLOCK, Shader};
@@ -16,7 +19,7 @@ use crate::simd::Simd;
 use crate::space::{PixelRect, Viewport};
 use crate::stats::Stats;
 use crate::target::{DepthBuffer, Plane, Target};
-use crate::triangle::{InView, Sight, View};
+use crate::triangle::{InView, Sight, look};
 use crate::varying::Interpolation;
 
 /// Which polygons are left out for the way they face. Front faces are counter-clockwise with
@@ -81,7 +84,7 @@ pub struct Tiler {
     precision: Precision,
     interpolation: Vec<Interpolation>,
     clipper: Clipper,
-    view: View,
+    place_constants: Constants,
     simd: Simd,
     stats: Stats,
     scratch: Scratch,
@@ -113,7 +116,7 @@ impl Tiler {
             precision: Precision::Fast,
             interpolation: Vec::new(),
             clipper: Clipper::new(viewport),
-            view: View::new(viewport),
+            place_constants: Constants::new(viewport),
             simd: Simd::auto(),
             stats: Stats::default(),
             scratch: Scratch::default(),
@@ -168,7 +171,8 @@ impl Tiler {
 
     /// Counts since the tiler was made or since [`reset_stats`](Self::reset_stats).
     pub fn stats(&self) -> Stats {
-        self.stats
+        // Buffers never shrink: what they hold now is the most they held.
+        Stats { peak_bytes: self.bytes() as u64, ..self.stats }
     }
 
     /// Sets the counts to 0.
@@ -202,7 +206,6 @@ impl Tiler {
             Outcome::Degenerate => culled.degenerate += 1,
             Outcome::Refused => culled.refused += 1,
         }
-        self.stats.peak_bytes = self.stats.peak_bytes.max(self.bytes() as u64);
         outcome
     }
 
@@ -222,13 +225,9 @@ impl Tiler {
         let window = window(self.viewport, self.origin, target.size(), depth.as_deref());
 
         // 1 to 5 in one, for a triangle of a few pixels in the view.
-        let triangle: [[f64; 4]; 3];
-        let sight = if polygon.len() == 3 && !self.clipper.has_user_planes() {
-            triangle = [0, 1, 2].map(|i| polygon.position(i));
-            self.look(&triangle, window)
-        } else {
-            triangle = [[0.0; 4]; 3];
-            Sight::Elsewhere
+        let sight = match polygon.len() {
+            3 if !self.clipper.has_user_planes() => self.look(self.places(polygon), window),
+            _ => Sight::Elsewhere,
         };
         let (exponent, found) = match sight {
             Sight::Degenerate => return Outcome::Degenerate,
@@ -248,12 +247,14 @@ impl Tiler {
                 }
             }
         };
+        let triangle: [[f64; 4]; 3];
         let Scratch { given, screen, spans, in_view, gradients, attributes, .. } =
             &mut self.scratch;
         let (positions, covered, found) = match found {
             Some(found) => (given.as_slice(), Covered::Spans(spans), found),
             None => {
-                let found = Scanned::of(in_view);
+                triangle = [polygon.position(0), polygon.position(1), polygon.position(2)];
+                let found = Scanned::of(in_view, &triangle);
                 (triangle.as_slice(), Covered::Patches(&in_view.patches), found)
             }
         };
@@ -305,12 +306,33 @@ impl Tiler {
         Outcome::Drawn
     }
 
+    /// Where the vertices of a triangle lie.
+    #[inline(always)]
+    fn places<V: Polygon + ?Sized>(&self, triangle: &V) -> [PlacedVertex; 3] {
+        match triangle.placed() {
+            Some(placed) if placed.viewport() == self.viewport => {
+                let place = |i: usize| placed.vertex(triangle.placed_index(i));
+                [place(0), place(1), place(2)]
+            }
+            _ => self.place([triangle.position(0), triangle.position(1), triangle.position(2)]),
+        }
+    }
+
+    #[inline(never)]
+    fn place(&self, [a, b, c]: [[f64; 4]; 3]) -> [PlacedVertex; 3] {
+        let constants = &self.place_constants;
+        dispatch!(self.simd.0, simd => {
+            [constants.place(simd, &a), constants.place(simd, &b), constants.place(simd, &c)]
+        })
+    }
+
     /// Looks for a small triangle within `window`.
     #[inline(never)]
-    fn look(&mut self, triangle: &[[f64; 4]; 3], window: PixelRect) -> Sight {
-        let cull = self.cull;
+    fn look(&mut self, triangle: [PlacedVertex; 3], window: PixelRect) -> Sight {
+        let (cull, rect) = (self.cull, self.viewport.rect());
         let keeps = |front| cull.keeps(front);
-        self.view.look(self.simd.0, triangle, keeps, window, &mut self.scratch.in_view)
+        let found = &mut self.scratch.in_view;
+        look(self.simd.0, triangle, [rect.x0, rect.y0], keeps, window, found)
     }
 
     /// From the polygon that was taken in to its spans within `window`.
@@ -444,8 +466,10 @@ struct Scanned {
 
 impl Scanned {
     /// The same of a small triangle.
-    fn of(found: &InView) -> Self {
-        let InView { bounds, w, pixels, spans, .. } = *found;
+    fn of(found: &InView, [a, b, c]: &[[f64; 4]; 3]) -> Self {
+        let InView { bounds, pixels, spans, .. } = *found;
+        let (low, high) = if a[3] < b[3] { (a[3], b[3]) } else { (b[3], a[3]) };
+        let w = [if c[3] < low { c[3] } else { low }, if c[3] > high { c[3] } else { high }];
         let columns = [bounds.x0, bounds.x1 - 1];
         Self { w, columns, rows: [bounds.y0, bounds.y1 - 1], pixels, spans }
     }

@@ -161,7 +161,8 @@ impl Plane {
     /// Of a triple whose errors are of no interest.
     #[inline(always)]
     pub(crate) fn new(anchor: &Anchor, triple: [[f64; 4]; 3]) -> Self {
-        let [a, b, c] = triple.map(|p| anchor.project(p).0);
+        let [a, b, c] = triple;
+        let (a, b, c) = (anchor.project(a).0, anchor.project(b).0, anchor.project(c).0);
         Self::of(a, sub(b, a), sub(c, a))
     }
 

@@ -10,6 +10,7 @@
 
 pub(crate) mod frame;
 pub(crate) mod triple;
+mod attribute;
 mod view;
 
 use alloc::boxed::Box;
@@ -22,7 +23,7 @@ use crate::exact::{Dyadic, round_quotient};
 use crate::fixed::{exponent_of, power_of_two};
 use crate::polygon::Polygon;
 use crate::space::{DepthRange, Viewport};
-use crate::varying::{CANONICAL_NAN, Interpolation};
+use crate::varying::Interpolation;
 
 use triple::AffineFrame;
 
@@ -102,7 +103,7 @@ pub(crate) trait Attributes {
     /// The number of attributes.
     fn count(&self) -> usize;
 
-    /// The first `count` attributes of all vertices, vertex by vertex.
+    /// The first `count` attributes of all vertices, one after the other.
     fn gather(&self, count: usize, out: &mut Vec<f32>);
 }
 
@@ -121,8 +122,12 @@ impl<V: Polygon + ?Sized> Attributes for AttributesOf<'_, V> {
 
     fn gather(&self, count: usize, out: &mut Vec<f32>) {
         out.clear();
-        for i in 0..self.0.len() {
-            out.extend((0..count).map(|k| self.0.attribute(i, k)));
+        let n = self.0.len();
+        out.reserve(n * count);
+        for k in 0..count {
+            for i in 0..n {
+                out.push(self.0.attribute(i, k));
+            }
         }
     }
 }
@@ -220,7 +225,7 @@ pub(crate) struct Gradients {
     pub(crate) inv_w: Option<Field>,
     pub(crate) w: Option<Field>,
     pub(crate) attributes: Vec<Field>,
-    /// The first so many attributes of each vertex.
+    /// The first so many attributes: each of all vertices.
     values: Vec<f32>,
     /// Have the attributes been set up for this polygon?
     pub(crate) has_attributes: bool,
@@ -440,172 +445,6 @@ impl Gradients {
         })
     }
 
-    /// Sets up the attributes.
-    pub(crate) fn set_attributes(&mut self, subject: &Subject<'_>) {
-        self.has_attributes = true;
-        subject.attributes.gather(subject.wanted.attributes, &mut self.values);
-        self.attributes.clear();
-        for k in 0..subject.wanted.attributes {
-            let field = match self.constant_attribute(subject, k) {
-                Ok(value) => Field::Constant(value),
-                Err(range) => match self.carried_across(subject, k, range) {
-                    Some(carried) => Field::Across(carried, range),
-                    None => self.attribute_field(subject, k, range),
-                },
-            };
-            self.attributes.push(field);
-        }
-    }
-
-    /// Attribute `k`, which is affine and not constant.
-    #[inline(always)]
-    fn attribute_field(&mut self, subject: &Subject<'_>, k: usize, range: [f32; 2]) -> Field {
-        let over_w = subject.interpolation_of(k) == Interpolation::Perspective;
-        let value = |i: usize| f64::from(self.value(subject, self.triple[i], k));
-        let values = [value(0), value(1), value(2)];
-        let size = f64::from(range[0].abs().max(range[1].abs()));
-        let may_be_plain = !self.strict && fits(size);
-        if self.one_bound {
-            if may_be_plain {
-                return self.attribute_in_view(values, over_w, range);
-            }
-            self.frame = Frame::new(&self.anchor, self.corners, self.reach);
-        }
-        if self.exact.is_none() {
-            let [b, c] = self.differences(values, over_w);
-            let input_error = 3.0 * U * b.abs().max(c.abs());
-            let combined = |base: f64| self.frame.combine([base, b, c], input_error);
-            if may_be_plain {
-                let combined = combined(if over_w { values[0] } else { 0.0 });
-                if let Some(field) = self.plain_attribute(combined, values[0], over_w, range, size)
-                {
-                    return field;
-                }
-            } else {
-                let limit = if subject.wanted.exact { WORTH_EXACT_SETUP } else { TRUSTED };
-                let strict = self.strict_attribute(combined(0.0), values[0], over_w, range);
-                if strict.error <= limit * size * if over_w { self.least_q } else { 1.0 } {
-                    return Field::Strict(strict);
-                }
-            }
-        }
-        Self::exact_frame(&mut self.exact, &self.anchor, self.corners);
-        let combine = |terms: &[Dyadic; 3]| {
-            let combined = self.exact.as_deref().map(|frame| frame.combine(terms));
-            nearby(&combined.unwrap_or_default(), self.reach)
-        };
-        let [base, b, c] = exact_values(&self.corners, values, over_w);
-        let zero = Dyadic::default();
-        if may_be_plain {
-            let base = if over_w { base } else { zero.clone() };
-            let combined = combine(&[base, b.clone(), c.clone()]);
-            if let Some(field) = self.plain_attribute(combined, values[0], over_w, range, size) {
-                return field;
-            }
-        }
-        let combined = combine(&[zero, b, c]);
-        Field::Strict(self.strict_attribute(combined, values[0], over_w, range))
-    }
-
-    /// The differences of b's and c's values to a's, times w if not over w.
-    #[inline(always)]
-    fn differences(&self, values: [f64; 3], over_w: bool) -> [f64; 2] {
-        let weight = |i: usize| if over_w { 1.0 } else { self.corners[i][3] };
-        [1, 2].map(|i| weight(i) * (values[i] - values[0]))
-    }
-
-    /// An attribute of magnitude `size` as it comes, if that is good enough: over w from
-    /// N = `combined`, else from D = `combined` and `base`.
-    #[inline(always)]
-    fn plain_attribute(
-        &self,
-        combined: Bounded,
-        base: f64,
-        over_w: bool,
-        range: [f32; 2],
-        size: f64,
-    ) -> Option<Field> {
-        if over_w {
-            return (combined.error <= TRUSTED * size * self.least_q)
-                .then(|| Field::plain(combined.linear.scaled(self.unit), true, range));
-        }
-        let Bounded { mut linear, error } = combined.scaled(1.0 / self.det, self.reach);
-        linear.c += base;
-        (error <= TRUSTED * size).then(|| Field::plain(linear, false, range))
-    }
-
-    /// An attribute as base + D/Q or base + D/det, from D = `combined`.
-    #[inline(always)]
-    fn strict_attribute(
-        &self,
-        combined: Bounded,
-        base: f64,
-        over_w: bool,
-        range: [f32; 2],
-    ) -> Strict {
-        let scale = if over_w { 1.0 } else { 1.0 / self.det };
-        let error = combined.error * scale.abs();
-        Strict { numerator: combined.linear, base, scale, error, over_w, range }
-    }
-
-    /// Attribute `k` of vertex `i`.
-    #[inline(always)]
-    fn value(&self, subject: &Subject<'_>, i: usize, k: usize) -> f32 {
-        self.values[i * subject.wanted.attributes + k]
-    }
-
-    /// The value of attribute `k` if it is the same all over, else its range.
-    #[inline(always)]
-    fn constant_attribute(&self, subject: &Subject<'_>, k: usize) -> Result<f32, [f32; 2]> {
-        let first = self.value(subject, 0, k);
-        let (mut low, mut high, mut same) = (first, first, true);
-        let mut finite = first.is_finite();
-        for i in 1..subject.positions.len() {
-            let value = self.value(subject, i, k);
-            same &= value.to_bits() == first.to_bits();
-            finite &= value.is_finite();
-            low = if value < low { value } else { low };
-            high = if value > high { value } else { high };
-        }
-        let flat = same || subject.interpolation_of(k) == Interpolation::Flat;
-        if flat && !first.is_nan() {
-            Ok(first)
-        } else if flat || !finite {
-            Ok(CANONICAL_NAN)
-        } else if low == high {
-            // Zeros of both signs.
-            Ok(0.0)
-        } else {
-            // No bound is a negative zero: a real number that is clamped to 0 is +0.
-            Err([low + 0.0, high + 0.0])
-        }
-    }
-
-    /// How attribute `k`, which is not constant, runs if it is not affine.
-    #[inline(always)]
-    fn carried_across(&self, subject: &Subject<'_>, k: usize, range: [f32; 2]) -> Option<Carried> {
-        let positions = subject.positions;
-        let perspective = subject.interpolation_of(k) == Interpolation::Perspective;
-        let Some(shape) = self.shape else {
-            let affine = perspective || positions.iter().all(|p| p[3] > 0.0);
-            return (!affine).then_some(Carried::Linear(k));
-        };
-        let value = |i: usize| f64::from(self.value(subject, i, k));
-        let range = f64::from(range[1]) - f64::from(range[0]);
-        let is_affine = |plane: AffineFrame, point: fn([f64; 4]) -> [f64; 3]| {
-            plane.is_affine(positions.len(), range, |i| point(positions[i]), value)
-        };
-        if perspective {
-            let affine =
-                shape.flat && shape.plane.is_none_or(|plane| is_affine(plane, triple::projective));
-            (!affine).then_some(Carried::Perspective(k))
-        } else {
-            let affine = shape.in_front
-                && shape.framebuffer.is_none_or(|plane| is_affine(plane, triple::divided));
-            (!affine).then_some(Carried::Linear(k))
-        }
-    }
-
     /// base, b and c of a [`frame::ExactFrame::combine`] for depth.
     fn exact_depths(&self, subject: &Subject<'_>) -> [Dyadic; 3] {
         let [a, b, c] = self.corners.map(|[_, _, z, w]| match subject.viewport.depth_range() {
@@ -650,7 +489,7 @@ impl Gradients {
             }
             Quantity::Attribute(k) => {
                 let over_w = subject.interpolation_of(k) == Interpolation::Perspective;
-                let values = self.triple.map(|i| f64::from(self.value(subject, i, k)));
+                let values = self.triple_values(k, subject);
                 let [base, b, c] = exact_values(&self.corners, values, over_w);
                 let differences = frame.combine(&[Dyadic::default(), b, c]);
                 let denominator = if over_w { &q } else { &frame.det };

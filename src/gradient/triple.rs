@@ -23,11 +23,12 @@ const TINY: f64 = 1e-270;
 #[inline(always)]
 pub(crate) fn choose(positions: &[[f64; 4]], attributes: &dyn Attributes) -> [usize; 3] {
     if let [p, q, r] = positions {
-        let a = match (p < q, q < r, p < r) {
-            _ if p == q || q == r || p == r => least(positions, attributes),
-            (true, _, true) => 0,
-            (false, true, _) => 1,
-            _ => 2,
+        // Nearly always x tells.
+        let a = match (p[0] < q[0], q[0] < r[0], r[0] < p[0]) {
+            (true, true, false) | (true, false, false) if p[0] < r[0] => 0,
+            (false, true, _) if q[0] < p[0] => 1,
+            (_, false, true) if r[0] < q[0] => 2,
+            _ => least(positions, attributes),
         };
         return [a, (a + 1) % 3, (a + 2) % 3];
     }

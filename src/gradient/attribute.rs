@@ -1,0 +1,187 @@
+//! Set-up of the attributes: for each, how it runs over the polygon, and from what.
+
+use super::frame::{Bounded, Frame, U, nearby};
+use super::triple::{self, AffineFrame};
+use super::{Field, Gradients, Strict, Subject, TRUSTED, WORTH_EXACT_SETUP, exact_values, fits};
+use crate::across::Carried;
+use crate::exact::Dyadic;
+use crate::varying::{CANONICAL_NAN, Interpolation};
+
+impl Gradients {
+    /// Sets up the attributes.
+    pub(crate) fn set_attributes(&mut self, subject: &Subject<'_>) {
+        self.has_attributes = true;
+        subject.attributes.gather(subject.wanted.attributes, &mut self.values);
+        self.attributes.clear();
+        self.attributes.reserve(subject.wanted.attributes);
+        for k in 0..subject.wanted.attributes {
+            let is_flat = subject.interpolation_of(k) == Interpolation::Flat;
+            let field = match constant_attribute(self.values_of(k, subject), is_flat) {
+                Ok(value) => Field::Constant(value),
+                Err(range) => match self.carried_across(subject, k, range) {
+                    Some(carried) => Field::Across(carried, range),
+                    None => self.attribute_field(subject, k, range),
+                },
+            };
+            self.attributes.push(field);
+        }
+    }
+
+    /// Attribute `k`, which is affine and not constant.
+    #[inline(always)]
+    fn attribute_field(&mut self, subject: &Subject<'_>, k: usize, range: [f32; 2]) -> Field {
+        let over_w = subject.interpolation_of(k) == Interpolation::Perspective;
+        let values = self.triple_values(k, subject);
+        let size = f64::from(range[0].abs().max(range[1].abs()));
+        let may_be_plain = !self.strict && fits(size);
+        if self.one_bound {
+            if may_be_plain {
+                return self.attribute_in_view(values, over_w, range);
+            }
+            self.frame = Frame::new(&self.anchor, self.corners, self.reach);
+        }
+        if self.exact.is_none() {
+            let [b, c] = self.differences(values, over_w);
+            let input_error = 3.0 * U * b.abs().max(c.abs());
+            let combined = |base: f64| self.frame.combine([base, b, c], input_error);
+            if may_be_plain {
+                let combined = combined(if over_w { values[0] } else { 0.0 });
+                if let Some(field) = self.plain_attribute(combined, values[0], over_w, range, size)
+                {
+                    return field;
+                }
+            } else {
+                let limit = if subject.wanted.exact { WORTH_EXACT_SETUP } else { TRUSTED };
+                let strict = self.strict_attribute(combined(0.0), values[0], over_w, range);
+                if strict.error <= limit * size * if over_w { self.least_q } else { 1.0 } {
+                    return Field::Strict(strict);
+                }
+            }
+        }
+        Self::exact_frame(&mut self.exact, &self.anchor, self.corners);
+        let combine = |terms: &[Dyadic; 3]| {
+            let combined = self.exact.as_deref().map(|frame| frame.combine(terms));
+            nearby(&combined.unwrap_or_default(), self.reach)
+        };
+        let [base, b, c] = exact_values(&self.corners, values, over_w);
+        let zero = Dyadic::default();
+        if may_be_plain {
+            let base = if over_w { base } else { zero.clone() };
+            let combined = combine(&[base, b.clone(), c.clone()]);
+            if let Some(field) = self.plain_attribute(combined, values[0], over_w, range, size) {
+                return field;
+            }
+        }
+        let combined = combine(&[zero, b, c]);
+        Field::Strict(self.strict_attribute(combined, values[0], over_w, range))
+    }
+
+    /// The differences of b's and c's values to a's, times w if not over w.
+    #[inline(always)]
+    pub(super) fn differences(&self, values: [f64; 3], over_w: bool) -> [f64; 2] {
+        let weight = |i: usize| if over_w { 1.0 } else { self.corners[i][3] };
+        [weight(1) * (values[1] - values[0]), weight(2) * (values[2] - values[0])]
+    }
+
+    /// An attribute of magnitude `size` as it comes, if that is good enough: over w from
+    /// N = `combined`, else from D = `combined` and `base`.
+    #[inline(always)]
+    fn plain_attribute(
+        &self,
+        combined: Bounded,
+        base: f64,
+        over_w: bool,
+        range: [f32; 2],
+        size: f64,
+    ) -> Option<Field> {
+        if over_w {
+            return (combined.error <= TRUSTED * size * self.least_q)
+                .then(|| Field::plain(combined.linear.scaled(self.unit), true, range));
+        }
+        let Bounded { mut linear, error } = combined.scaled(1.0 / self.det, self.reach);
+        linear.c += base;
+        (error <= TRUSTED * size).then(|| Field::plain(linear, false, range))
+    }
+
+    /// An attribute as base + D/Q or base + D/det, from D = `combined`.
+    #[inline(always)]
+    fn strict_attribute(
+        &self,
+        combined: Bounded,
+        base: f64,
+        over_w: bool,
+        range: [f32; 2],
+    ) -> Strict {
+        let scale = if over_w { 1.0 } else { 1.0 / self.det };
+        let error = combined.error * scale.abs();
+        Strict { numerator: combined.linear, base, scale, error, over_w, range }
+    }
+
+    /// Attribute `k` of all vertices.
+    #[inline(always)]
+    pub(super) fn values_of(&self, k: usize, subject: &Subject<'_>) -> &[f32] {
+        let n = subject.positions.len();
+        &self.values[k * n..(k + 1) * n]
+    }
+
+    /// Attribute `k` of the triple.
+    #[inline(always)]
+    pub(super) fn triple_values(&self, k: usize, subject: &Subject<'_>) -> [f64; 3] {
+        let values = self.values_of(k, subject);
+        let [a, b, c] = self.triple;
+        [f64::from(values[a]), f64::from(values[b]), f64::from(values[c])]
+    }
+
+    /// How attribute `k`, which is not constant, runs if it is not affine.
+    #[inline(always)]
+    fn carried_across(&self, subject: &Subject<'_>, k: usize, range: [f32; 2]) -> Option<Carried> {
+        let positions = subject.positions;
+        let perspective = subject.interpolation_of(k) == Interpolation::Perspective;
+        let Some(shape) = self.shape else {
+            let affine = perspective || positions.iter().all(|p| p[3] > 0.0);
+            return (!affine).then_some(Carried::Linear(k));
+        };
+        let values = self.values_of(k, subject);
+        let value = |i: usize| f64::from(values[i]);
+        let range = f64::from(range[1]) - f64::from(range[0]);
+        let is_affine = |plane: AffineFrame, point: fn([f64; 4]) -> [f64; 3]| {
+            plane.is_affine(positions.len(), range, |i| point(positions[i]), value)
+        };
+        if perspective {
+            let affine =
+                shape.flat && shape.plane.is_none_or(|plane| is_affine(plane, triple::projective));
+            (!affine).then_some(Carried::Perspective(k))
+        } else {
+            let affine = shape.in_front
+                && shape.framebuffer.is_none_or(|plane| is_affine(plane, triple::divided));
+            (!affine).then_some(Carried::Linear(k))
+        }
+    }
+}
+
+/// The value of an attribute if it is the same all over, else its range. `values` are those of
+/// the vertices.
+#[inline(always)]
+fn constant_attribute(values: &[f32], is_flat: bool) -> Result<f32, [f32; 2]> {
+    let Some(first) = values.first().copied() else { return Ok(CANONICAL_NAN) };
+    let (mut low, mut high, mut same) = (first, first, true);
+    let mut finite = first.is_finite();
+    for value in values[1..].iter().copied() {
+        same &= value.to_bits() == first.to_bits();
+        finite &= value.is_finite();
+        low = if value < low { value } else { low };
+        high = if value > high { value } else { high };
+    }
+    let flat = same || is_flat;
+    if flat && !first.is_nan() {
+        Ok(first)
+    } else if flat || !finite {
+        Ok(CANONICAL_NAN)
+    } else if low == high {
+        // Zeros of both signs.
+        Ok(0.0)
+    } else {
+        // No bound is a negative zero: a real number that is clamped to 0 is +0.
+        Err([low + 0.0, high + 0.0])
+    }
+}
