@@ -128,12 +128,7 @@ fn paint_patches<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
         walker.seek(patch);
         if let Some(buffer) = canvas.depth.as_deref() {
             let found = lanes.tested(&mut walker, test.source, None, mask);
-            let mut stored = [0.0; BLOCK];
-            for (run, at, length) in runs(patch, mask, origin) {
-                let column = run.column(at);
-                let row = &buffer.row(run.y)[column..column + length];
-                copy_run(row, &mut stored[at..at + length]);
-            }
+            let stored = stored_depths(buffer, patch, origin);
             mask &= passing_lanes(
                 test.compare,
                 Narrow::load_array_ref(walker.simd, found),
@@ -146,44 +141,54 @@ fn paint_patches<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
         let mut pixels = [S::Pixel::default(); BLOCK];
         let block = BlockAt { first, columns, span: None, mask };
         let kept = canvas.shade(&mut walker, &mut lanes, block, &mut pixels);
-        for (run, at, length) in runs(patch, kept, origin) {
-            run.write_one(canvas.target, at, &pixels[at..at + length]);
+        let mut left = kept;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let [x, y] = patch.place(lane, origin);
+            // A pixel at a time: nothing predicts how long a run is.
+            canvas.target.write(x, y, &[pixels[lane]]);
             if let Some(buffer) = canvas.depth.as_deref_mut()
                 && test.write
             {
-                run.write_one(buffer, at, &lanes.of(test.source)[at..at + length]);
+                buffer.write(x, y, &[lanes.of(test.source)[lane]]);
             }
         }
     }
     (canvas.shaded, walker.exact_values())
 }
 
-/// The runs of the lanes of `mask` in the rows of `patch`: where the row lies in the target as
-/// lane 0 of a block would, first lane and length.
+/// The depths stored at the lanes of `patch`, where they are in the buffer.
 #[inline(always)]
-fn runs(
-    patch: Patch,
-    mask: u16,
-    origin: [i32; 2],
-) -> impl Iterator<Item = (TargetRun, usize, usize)> {
-    let mut left = mask;
-    core::iter::from_fn(move || {
-        if left == 0 {
-            return None;
+fn stored_depths(buffer: &DepthBuffer<'_>, patch: Patch, origin: [i32; 2]) -> [f32; BLOCK] {
+    let columns = usize::from(patch.columns);
+    let [x, y] = patch.place(0, origin);
+    let (width, height) = buffer.dimensions();
+    // Rows one after the other, each over the end of the one before.
+    let mut stored = [0.0; 2 * BLOCK];
+    let inside = u64::from(x) + 16 <= u64::from(width) && u64::from(y) + 16 <= u64::from(height);
+    let mut lane = 0;
+    if inside {
+        let mut y = y;
+        while lane < BLOCK {
+            let start = x as usize;
+            stored[lane..lane + BLOCK].copy_from_slice(&buffer.row(y)[start..start + BLOCK]);
+            lane += columns;
+            y += 1;
         }
-        let at = left.trailing_zeros();
-        let at_16 = u16::try_from(at).unwrap_or(0);
-        let row = at_16 / patch.columns;
-        let rest_of_row = (row + 1) * patch.columns - at_16;
-        let length = (left >> at).trailing_ones().min(rest_of_row.into());
-        // In two shifts: the run may be all 16.
-        left &= !((u16::MAX >> (16 - length)) << at);
-        let [x, y] = patch.first;
-        let y = y.wrapping_add(i32::from(row)).abs_diff(origin[1]);
-        let x = x.wrapping_sub(i32::from(row * patch.columns));
-        let run = TargetRun { x, y, origin_x: origin[0] };
-        Some((run, at as usize, length as usize))
-    })
+    } else {
+        // Near the buffer's end, or beyond it on any side.
+        while lane < BLOCK {
+            let [x, y] = patch.place(lane, origin);
+            if x < width && y < height {
+                stored[lane] = buffer.row(y)[x as usize];
+            }
+            lane += 1;
+        }
+    }
+    let mut whole = [0.0; BLOCK];
+    whole.copy_from_slice(&stored[..BLOCK]);
+    whole
 }
 
 /// Where a block is, and which of its lanes are drawn.

@@ -44,6 +44,17 @@ pub(crate) struct Patch {
     pub(crate) mask: u16,
 }
 
+impl Patch {
+    /// Where lane `lane` is from the target's first pixel, which is at `origin`; far beyond any
+    /// target if it is left of it or above.
+    #[inline(always)]
+    pub(crate) fn place(self, lane: usize, origin: [i32; 2]) -> [u32; 2] {
+        let [column, row] = OFFSETS[usize::from(self.columns)][lane];
+        let [x, y] = [self.first[0].wrapping_sub(origin[0]), self.first[1].wrapping_sub(origin[1])];
+        [x.wrapping_add(column.into()).cast_unsigned(), y.wrapping_add(row.into()).cast_unsigned()]
+    }
+}
+
 impl Patches {
     /// The patches of `bounds`, if they are few; nothing is covered yet.
     #[inline(always)]
@@ -214,6 +225,21 @@ pub(crate) static COLUMNS: [[f64; BLOCK]; BLOCK + 1] = places(false);
 
 /// For each number of columns: each lane's row.
 pub(crate) static LANE_ROWS: [[f64; BLOCK]; BLOCK + 1] = places(true);
+
+/// For each number of columns: each lane's column and row.
+static OFFSETS: [[[u8; 2]; BLOCK]; BLOCK + 1] = {
+    let mut offsets = [[[0; 2]; BLOCK]; BLOCK + 1];
+    let mut columns = 1;
+    while columns <= BLOCK {
+        let mut lane = 0;
+        while lane < BLOCK {
+            offsets[columns][lane] = [(lane % columns) as u8, (lane / columns) as u8];
+            lane += 1;
+        }
+        columns += 1;
+    }
+    offsets
+};
 
 const fn places(rows: bool) -> [[f64; BLOCK]; BLOCK + 1] {
     let mut places = [[0.0; BLOCK]; BLOCK + 1];
