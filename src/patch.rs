@@ -90,6 +90,11 @@ impl Patches {
         // The same way round for all.
         let (b, c) = if front { (c, b) } else { (b, c) };
         let edges = [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)];
+        if self.pixels_of_box == 1 {
+            let inside = edges[0].start >= 0.0 && edges[1].start >= 0.0 && edges[2].start >= 0.0;
+            self.masks[0] = u16::from(inside && window.contains(self.bounds()));
+            return (self.masks[0].into(), self.masks[0].into());
+        }
         let columns = usize::from(self.columns);
         let few = self.count == 1 && self.pixels_of_box <= 8;
         let (mut pixels, mut spans, mut row) = (0, 0, 0.0);
@@ -112,9 +117,12 @@ impl Patches {
         (pixels.into(), spans.into())
     }
 
-    /// All pixels that the patches have.
+    /// All pixels that the patches have, those of the last one that are not in the box included.
     fn bounds(&self) -> PixelRect {
-        let rows = u32::try_from(self.count).unwrap_or(0) * u32::from(self.rows);
+        let rows = match self.pixels_of_box {
+            1 => 1,
+            _ => u32::try_from(self.count).unwrap_or(0) * u32::from(self.rows),
+        };
         PixelRect::new(self.first[0], self.first[1], u32::from(self.columns), rows)
     }
 

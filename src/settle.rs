@@ -4,6 +4,8 @@
 //! compiled once.
 
 use alloc::vec::Vec;
+
+use fearless_simd::{Level, dispatch};
 use core::cmp::Ordering;
 
 use crate::across::{Carried, Corners};
@@ -67,8 +69,8 @@ impl<'a> Walked<'a> {
 
     /// Sets the attributes up, and fills in those that are constant.
     #[inline(never)]
-    pub(crate) fn set_attributes(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
-        self.gradients.set_attributes(self.subject);
+    pub(crate) fn set_attributes(&mut self, level: Level, lanes: &mut Vec<[f32; BLOCK]>) {
+        dispatch!(level, _simd => self.gradients.set_attributes(self.subject));
         lanes.resize(self.gradients.attributes.len(), [0.0; BLOCK]);
         for (lanes, field) in lanes.iter_mut().zip(&self.gradients.attributes) {
             if let Field::Constant(value) = field {

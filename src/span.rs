@@ -203,7 +203,7 @@ impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
     #[inline(always)]
     pub(crate) fn prepare_attributes(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
         if !self.polygon.gradients.has_attributes {
-            self.polygon.set_attributes(lanes);
+            self.polygon.set_attributes(self.simd.level(), lanes);
         }
     }
 

@@ -22,7 +22,7 @@ pub(crate) struct InView {
 
 /// What became of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Sight {
+pub(crate) enum Look {
     /// It is not small, or not within the view volume.
     Elsewhere,
     /// No area, once snapped.
@@ -49,31 +49,31 @@ pub(crate) fn look(
     wants: impl Fn(bool) -> bool,
     window: PixelRect,
     found: &mut InView,
-) -> Sight {
+) -> Look {
     let [a, b, c] = vertices;
     if !(a.within & b.within & c.within) {
-        return Sight::Elsewhere;
+        return Look::Elsewhere;
     }
     let ([ax, ay], [bx, by], [cx, cy]) = (a.bits, b.bits, c.bits);
     let (low_x, high_x) = (ax.min(bx).min(cx), ax.max(bx).max(cx));
     let (low_y, high_y) = (ay.min(by).min(cy), ay.max(by).max(cy));
     // Within the view volume: no difference overflows.
     if (high_x - low_x) | (high_y - low_y) >= LARGEST {
-        return Sight::Elsewhere;
+        return Look::Elsewhere;
     }
     let wide = |a: i32, b: i32| i64::from(a - b);
     let area = wide(by, ay) * wide(cx, ax) - wide(bx, ax) * wide(cy, ay);
     if area == 0 {
-        return Sight::Degenerate;
+        return Look::Degenerate;
     }
     let front = area > 0;
     if !wants(front) {
-        return Sight::Away;
+        return Look::Away;
     }
     let first = Subpixel::first_centre_of;
     let (x0, y0, x1, y1) = (first(low_x), first(low_y), first(high_x), first(high_y));
     if x0 >= x1 || y0 >= y1 {
-        return Sight::Nothing;
+        return Look::Nothing;
     }
     let bounds = PixelRect {
         x0: x0.wrapping_add(corner[0]),
@@ -81,7 +81,7 @@ pub(crate) fn look(
         x1: x1.wrapping_add(corner[0]),
         y1: y1.wrapping_add(corner[1]),
     };
-    let Some(patches) = Patches::of(bounds) else { return Sight::Elsewhere };
+    let Some(patches) = Patches::of(bounds) else { return Look::Elsewhere };
     found.patches = patches;
     let (x, y) = (Subpixel::centre_bits(x0), Subpixel::centre_bits(y0));
     let from_first = |[px, py]: [i32; 2]| [f64::from(px - x), f64::from(py - y)];
@@ -90,5 +90,5 @@ pub(crate) fn look(
     (found.pixels, found.spans) =
         dispatch!(level, simd => patches.cover(simd, vertices, front, window));
     found.bounds = bounds;
-    if found.pixels > 0 { Sight::Pixels } else { Sight::Nothing }
+    if found.pixels > 0 { Look::Pixels } else { Look::Nothing }
 }

@@ -9,6 +9,7 @@ use crate::varying::{CANONICAL_NAN, Interpolation};
 
 impl Gradients {
     /// Sets up the attributes.
+    #[inline(always)]
     pub(crate) fn set_attributes(&mut self, subject: &Subject<'_>) {
         self.has_attributes = true;
         subject.attributes.gather(subject.wanted.attributes, &mut self.values);

@@ -249,6 +249,7 @@ const WITHIN_ULP: f64 = 67_108_864.0;
 
 impl Gradients {
     /// Sets up all but the attributes of `subject`.
+    #[inline(always)]
     pub(crate) fn set(&mut self, subject: &Subject<'_>) {
         self.triple = triple::choose(subject.positions, subject.attributes);
         let [a, b, c] = self.triple;

@@ -1,0 +1,157 @@
+//! Any polygon, up to its spans: taken in, clipped, divided, culled, scan-converted.
+
+use alloc::vec::Vec;
+
+use super::{Outcome, Scratch, Tiler};
+use crate::clip::Clipped;
+use crate::divide::{ScreenVertex, divide, snapped_area};
+use crate::edge::Span;
+use crate::fixed::{exponent_of, power_of_two};
+use crate::polygon::Polygon;
+use crate::space::{PixelRect, Viewport};
+
+impl Tiler {
+    /// From the polygon that was taken in to its spans within `window`.
+    pub(super) fn scan(&mut self, window: PixelRect) -> Result<Scanned, Outcome> {
+        let Scratch { given, clipped, screen, outline, spans, .. } = &mut self.scratch;
+
+        // 2. Clip, against the crossed planes only.
+        let outcodes = self.clipper.classify(given.iter().copied());
+        if outcodes.hidden {
+            return Err(Outcome::Outside);
+        }
+        let visible: &[[f64; 4]] = if outcodes.accepted() {
+            given
+        } else {
+            clipped.reset(0);
+            given.iter().for_each(|p| clipped.push(*p, []));
+            if self.clipper.clip(clipped) == Clipped::Outside || clipped.is_empty() {
+                return Err(Outcome::Outside);
+            }
+            self.stats.clipped += 1;
+            clipped.bare_positions()
+        };
+
+        // 3. Divide by w, through the viewport, onto the subpixel grid.
+        divide(visible.iter().copied(), self.viewport, screen);
+
+        // 4. Which way it faces, exactly; and whether a pixel's centre is near.
+        let area = snapped_area(screen);
+        let bounds = bounds(screen, self.viewport);
+        if area == 0 && (bounds.is_empty() || !outline.set(screen).covers_anything()) {
+            return Err(Outcome::Degenerate);
+        }
+        if !self.cull.keeps(area > 0) {
+            return Err(Outcome::Backface);
+        }
+        let seen = bounds.intersect(self.viewport.rect());
+        if seen.intersect(window).is_empty() {
+            return Err(Outcome::Drawn);
+        }
+
+        // 5. Edges: the Y loop, within what can be seen.
+        let corner = self.viewport.rect();
+        let (x0, x1) = (window.x0 - corner.x0, window.x1 - corner.x0);
+        let mut pixels = 0;
+        spans.clear();
+        outline.set(screen).for_each_span(window.y0 - corner.y0..window.y1 - corner.y0, |span| {
+            let (start, end) = (span.start.max(x0), span.end.min(x1));
+            if start < end {
+                pixels += u64::from(end.abs_diff(start));
+                spans.push(Span { start, end, ..span });
+            }
+        });
+        if spans.is_empty() {
+            return Err(Outcome::Drawn);
+        }
+        Ok(Scanned {
+            w: range_of_w(screen, visible),
+            columns: [seen.x0, seen.x1 - 1],
+            rows: [seen.y0, seen.y1 - 1],
+            pixels,
+            spans: spans.len() as u64,
+        })
+    }
+}
+
+/// Exponents of the largest number up to which a polygon stays as it is: no product of a few
+/// numbers leaves the range of `f64`, so a power of two changes no bit but the exponents.
+const MODERATE: i32 = 64;
+
+/// Copies the positions and, if they are huge or tiny, brings the largest number into 1..2 by a
+/// power of two, whose negated exponent it returns: so that no product overflows, no subnormal
+/// is left, and scaled polygons give the same bits.
+#[inline(always)]
+pub(super) fn take_in<V: Polygon + ?Sized>(polygon: &V, given: &mut Vec<[f64; 4]>) -> Result<i32, Outcome> {
+    let n = polygon.len();
+    if n < 3 {
+        return Err(Outcome::Degenerate);
+    }
+    given.clear();
+    given.reserve(n);
+    let (mut largest, mut finite) = (0.0_f64, true);
+    for i in 0..n {
+        let position = polygon.position(i);
+        for component in position {
+            let size = component.abs();
+            finite &= size < f64::INFINITY;
+            largest = if size > largest { size } else { largest };
+        }
+        given.push(position);
+    }
+    if !finite {
+        return Err(Outcome::Refused);
+    }
+    let Some(exponent) = exponent_of(largest) else { return Err(Outcome::Degenerate) };
+    if exponent.abs() <= MODERATE {
+        return Ok(0);
+    }
+    // In two steps: the power alone may lie outside the range.
+    let half = exponent / 2;
+    let (first, second) = (power_of_two(-half), power_of_two(half - exponent));
+    for component in given.as_flattened_mut() {
+        *component = *component * first * second;
+    }
+    Ok(exponent)
+}
+
+/// What the stages up to the spans found of a polygon.
+pub(super) struct Scanned {
+    /// Least and greatest w of the clipped vertices.
+    pub(super) w: [f64; 2],
+    /// Framebuffer columns and rows that it may cover in the viewport: first and last.
+    pub(super) columns: [i32; 2],
+    pub(super) rows: [i32; 2],
+    /// Pixels that are covered, in how many spans.
+    pub(super) pixels: u64,
+    pub(super) spans: u64,
+}
+
+/// The pixels of the framebuffer whose centres the snapped vertices may enclose.
+fn bounds(screen: &[ScreenVertex], viewport: Viewport) -> PixelRect {
+    let Some(first) = screen.first() else { return PixelRect::default() };
+    let (mut low, mut high) = (first.snapped, first.snapped);
+    for vertex in &screen[1..] {
+        let [x, y] = vertex.snapped;
+        low = [low[0].min(x), low[1].min(y)];
+        high = [high[0].max(x), high[1].max(y)];
+    }
+    let corner = viewport.rect();
+    PixelRect {
+        x0: low[0].first_centre().saturating_add(corner.x0),
+        y0: low[1].first_centre().saturating_add(corner.y0),
+        x1: high[0].first_centre().saturating_add(corner.x0),
+        y1: high[1].first_centre().saturating_add(corner.y0),
+    }
+}
+
+/// Least and greatest w of the vertices that the division kept.
+fn range_of_w(screen: &[ScreenVertex], positions: &[[f64; 4]]) -> [f64; 2] {
+    let (mut low, mut high) = (f64::INFINITY, 0.0);
+    for vertex in screen {
+        let w = positions[vertex.vertex as usize][3];
+        low = if w < low { w } else { low };
+        high = if w > high { w } else { high };
+    }
+    [low, high]
+}
