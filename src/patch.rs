@@ -6,7 +6,7 @@
 //! below 2^53, so `f64` has them exactly, and the rule is that of the Y loop: a centre on a left
 //! or a top edge is in.
 
-use fearless_simd::{Simd, SimdBase, SimdMask, f64x8};
+use fearless_simd::{Simd, SimdBase, SimdMask, f64x8, mask64x8};
 
 use crate::fixed::Subpixel;
 use crate::lanes::low_bits;
@@ -173,6 +173,15 @@ impl Edge {
         let start = dy * px - dx * py - if owns { 0.0 } else { 1.0 };
         Self { start, step_x: -dy * PIXEL, step_y: dx * PIXEL }
     }
+
+    /// Which of the centres `xs` columns and `ys` rows from the first of row `row` are inside.
+    #[inline(always)]
+    fn inside<S: Simd>(self, simd: S, xs: f64x8<S>, ys: f64x8<S>, row: f64) -> mask64x8<S> {
+        let start = f64x8::splat(simd, self.start + row * self.step_y);
+        let in_row = f64x8::splat(simd, self.step_x) * xs;
+        let value = start + in_row + f64x8::splat(simd, self.step_y) * ys;
+        value.simd_ge(f64x8::splat(simd, 0.0))
+    }
 }
 
 /// The lanes of one `half` of a patch, whose first row is `row`, that are inside of all `edges`.
@@ -180,15 +189,9 @@ impl Edge {
 fn covered<S: Simd>(simd: S, edges: [Edge; 3], columns: usize, row: f64, half: usize) -> u16 {
     let xs = f64x8::from_slice(simd, &COLUMNS[columns][8 * half..8 * half + 8]);
     let ys = f64x8::from_slice(simd, &LANE_ROWS[columns][8 * half..8 * half + 8]);
-    let splat = |value: f64| f64x8::splat(simd, value);
-    let at = |edge: Edge| {
-        let start = splat(edge.start + row * edge.step_y);
-        start + splat(edge.step_x) * xs + splat(edge.step_y) * ys
-    };
     let [a, b, c] = edges;
-    let zero = splat(0.0);
-    let inside = at(a).simd_ge(zero) & at(b).simd_ge(zero) & at(c).simd_ge(zero);
-    low_bits(inside.to_bitmask())
+    let inside = a.inside(simd, xs, ys, row) & b.inside(simd, xs, ys, row);
+    low_bits((inside & c.inside(simd, xs, ys, row)).to_bitmask())
 }
 
 /// For each number of columns: how many whole rows 16 lanes hold.

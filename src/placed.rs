@@ -104,19 +104,19 @@ impl Constants {
     /// Where `position` lies.
     #[inline(always)]
     pub(crate) fn place<S: Level>(&self, simd: S, position: &[f64; 4]) -> PlacedVertex {
-        let load = |lanes: &[f64; 4]| f64x4::load_array_ref(simd, lanes);
-        let splat = |value: f64| f64x4::splat(simd, value);
         let w = position[3];
-        let (p, ws) = (load(position), splat(w));
+        let (p, ws) = (f64x4::load_array_ref(simd, position), f64x4::splat(simd, w));
         // What is no number is not within.
-        let inside = p.simd_ge(load(&self.lowest) * ws) & p.simd_le(ws);
+        let inside = p.simd_ge(f64x4::load_array_ref(simd, &self.lowest) * ws) & p.simd_le(ws);
         let moderate = w >= power_of_two(-MODERATE) && w <= power_of_two(MODERATE);
         let within = inside.to_bitmask() == 0b1111 && moderate;
-        let framebuffer = p / ws * load(&self.half) + load(&self.centre);
+        let framebuffer = p / ws * f64x4::load_array_ref(simd, &self.half)
+            + f64x4::load_array_ref(simd, &self.centre);
         // Within the view volume nothing is beyond the grid's reach.
-        let whole = splat(WHOLE);
-        let snapped = (framebuffer * splat(self.steps) + whole - whole) * splat(self.step);
-        let sums: [f64; 4] = (snapped - load(&self.corner) + whole).into();
+        let whole = f64x4::splat(simd, WHOLE);
+        let snapped = (framebuffer * f64x4::splat(simd, self.steps) + whole - whole)
+            * f64x4::splat(simd, self.step);
+        let sums: [f64; 4] = (snapped - f64x4::load_array_ref(simd, &self.corner) + whole).into();
         PlacedVertex { bits: [low_half(sums[0]), low_half(sums[1])], within }
     }
 }

@@ -5,8 +5,8 @@
 
 use alloc::vec::Vec;
 
-use fearless_simd::{Level, dispatch};
 use core::cmp::Ordering;
+use fearless_simd::{Level, dispatch};
 
 use crate::across::{Carried, Corners};
 use crate::clip::{Clipped, Clipper, VertexArrays};
@@ -46,7 +46,16 @@ impl<'a> Walked<'a> {
         gradients: &'a mut Gradients,
         clipper: &'a mut Clipper,
     ) -> Self {
-        Self { subject, gradients, clipper, exact_values: 0, corners: None, u: 0, v: 0, columns: 16 }
+        Self {
+            subject,
+            gradients,
+            clipper,
+            exact_values: 0,
+            corners: None,
+            u: 0,
+            v: 0,
+            columns: 16,
+        }
     }
 
     /// The last resort, for some pixels.

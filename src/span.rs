@@ -305,16 +305,19 @@ fn evaluate_strict<S: Simd>(
     gradients: &Gradients,
     out: &mut [f32; BLOCK],
 ) -> u16 {
-    let splat = |value: f64| Wide::splat(simd, value);
     let r = reciprocals.r;
     let (r, error, relative) = if strict.over_w {
-        (r, splat(strict.error) * r.abs(), reciprocals.relative_error)
+        (r, Wide::splat(simd, strict.error) * r.abs(), reciprocals.relative_error)
     } else {
-        (splat(strict.scale), splat(strict.error), splat(gradients.det_relative_error))
+        (
+            Wide::splat(simd, strict.scale),
+            Wide::splat(simd, strict.error),
+            Wide::splat(simd, gradients.det_relative_error),
+        )
     };
     let t = d * r;
-    let value = t + splat(strict.base);
-    let error = error + t.abs() * (relative + splat(QUOTIENT_ERROR));
+    let value = t + Wide::splat(simd, strict.base);
+    let error = error + t.abs() * (relative + Wide::splat(simd, QUOTIENT_ERROR));
     round_surely(simd, value, error, strict.range, out) & reciprocals.certain
 }
 

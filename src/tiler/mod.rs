@@ -488,7 +488,8 @@ fn positions_of<V: Polygon + ?Sized>(triangle: &V) -> [[f64; 4]; 3] {
 #[inline(always)]
 fn touch_attributes<V: Polygon>(triangle: &V) {
     if triangle.attribute_count() > 0 {
-        let first = [0, 1, 2].map(|i| triangle.attribute(i, 0));
+        let [a, b, c] = [0, 1, 2];
+        let first = [triangle.attribute(a, 0), triangle.attribute(b, 0), triangle.attribute(c, 0)];
         core::hint::black_box(first);
     }
 }

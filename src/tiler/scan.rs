@@ -82,7 +82,10 @@ const MODERATE: i32 = 64;
 /// power of two, whose negated exponent it returns: so that no product overflows, no subnormal
 /// is left, and scaled polygons give the same bits.
 #[inline(always)]
-pub(super) fn take_in<V: Polygon + ?Sized>(polygon: &V, given: &mut Vec<[f64; 4]>) -> Result<i32, Outcome> {
+pub(super) fn take_in<V: Polygon + ?Sized>(
+    polygon: &V,
+    given: &mut Vec<[f64; 4]>,
+) -> Result<i32, Outcome> {
     let n = polygon.len();
     if n < 3 {
         return Err(Outcome::Degenerate);
