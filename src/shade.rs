@@ -172,8 +172,9 @@ pub fn unorm8(value: f32) -> u8 {
     let scaled = 255.0 * value;
     let scaled = if scaled > 0.0 { scaled } else { 0.0 };
     let scaled = if scaled < 255.0 { scaled } else { 255.0 };
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=255")]
-    let whole = ((scaled + WHOLE) - WHOLE) as u8;
+    // Its low bits are that number.
+    #[expect(clippy::cast_possible_truncation, reason = "0..=255")]
+    let whole = (scaled + WHOLE).to_bits() as u8;
     whole
 }
 

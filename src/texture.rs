@@ -6,10 +6,14 @@ use crate::error::Error;
 use crate::shade::BLOCK;
 
 /// A picture to look up: RGBA8 texels, row 0 on top, lookups repeat in both directions.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     width: u32,
     height: u32,
+    /// The same, to multiply by.
+    scale: [f32; 2],
+    /// If both are powers of two: a column's bits, a row's, and how far a row is shifted.
+    masks: Option<(u32, u32, u32)>,
     /// Row 0 is v = 0, the lowest of the picture.
     texels: Vec<[u8; 4]>,
 }
@@ -30,7 +34,11 @@ impl Texture {
             return Err(wrong);
         }
         let texels = rows.rchunks_exact(width as usize).flatten().copied().collect();
-        Ok(Self { width, height, texels })
+        #[expect(clippy::cast_precision_loss, reason = "the products are defined in f32")]
+        let scale = [width as f32, height as f32];
+        let masks = (width.is_power_of_two() && height.is_power_of_two())
+            .then(|| (width - 1, height - 1, width.trailing_zeros()));
+        Ok(Self { width, height, scale, masks, texels })
     }
 
     /// (width, height) in texels.
@@ -59,9 +67,7 @@ impl Texture {
         out: &mut [[u8; 4]; BLOCK],
     ) {
         let mut index = [0_u32; BLOCK];
-        if self.width.is_power_of_two() && self.height.is_power_of_two() {
-            let (column_mask, row_mask) = (self.width - 1, self.height - 1);
-            let shift = self.width.trailing_zeros();
+        if let Some((column_mask, row_mask, shift)) = self.masks {
             self.find(u, v, &mut index, |column, row| {
                 (column.cast_unsigned() & column_mask) + ((row.cast_unsigned() & row_mask) << shift)
             });
@@ -96,8 +102,7 @@ impl Texture {
         index: &mut [u32; BLOCK],
         wrap: impl Fn(i32, i32) -> u32,
     ) {
-        #[expect(clippy::cast_precision_loss, reason = "the products are defined in f32")]
-        let (width, height) = (self.width as f32, self.height as f32);
+        let [width, height] = self.scale;
         let (mut columns, mut rows) = ([0.0; BLOCK], [0.0; BLOCK]);
         let mut large = 0;
         for lane in 0..BLOCK {

@@ -3,9 +3,12 @@
 //! Each position is transformed once, however many faces share it. Runs of faces that look the
 //! same go through one compiled loop.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use hyperspan::camera::transform;
 use hyperspan::depth::DepthTest;
+use hyperspan::placed::Placed;
 use hyperspan::polygon::Polygon;
 use hyperspan::simd::Simd;
 use hyperspan::space::Viewport;
@@ -47,6 +50,8 @@ pub(crate) struct Scene<'a> {
     counter: Tiler,
     /// Positions in clip space.
     clip: Vec<[f64; 4]>,
+    /// The same on the grid.
+    placed: Placed,
     /// At each corner; empty if nothing is lit.
     light: Vec<f32>,
 }
@@ -71,6 +76,7 @@ impl<'a> Scene<'a> {
             tiler,
             counter,
             clip: vec![[0.0; 4]; model.positions.len()],
+            placed: Placed::new(viewport),
             light: if any_lit { vec![0.0; model.corners.len()] } else { Vec::new() },
         })
     }
@@ -81,14 +87,16 @@ impl<'a> Scene<'a> {
         canvas: &mut Canvas,
         progress: &mut Progress,
     ) -> Result<Stats, Failure> {
-        let Self { model, camera, options, tiler, counter, clip, light } = self;
+        let Self { model, camera, options, tiler, counter, clip, placed, light } = self;
         canvas.clear();
         for (clip, position) in clip.iter_mut().zip(&model.positions) {
             *clip = transform(camera.matrix, DVec3::from_array(*position));
         }
+        placed.set(clip, options.simd);
         let (x, y) = canvas.crop.origin();
         tiler.set_origin(x, y).reset_stats();
-        let mut frame = Frame { model, clip, tiler, canvas, tally: FaceTally::default(), progress };
+        let tally = FaceTally::default();
+        let mut frame = Frame { model, clip, placed, tiler, canvas, tally, progress };
         for run in &model.runs {
             let look = run.look;
             let lit = model.is_lit(look, options.lit);
@@ -121,6 +129,7 @@ impl<'a> Scene<'a> {
 struct Frame<'f> {
     model: &'f Model,
     clip: &'f [[f64; 4]],
+    placed: &'f Placed,
     tiler: &'f mut Tiler,
     canvas: &'f mut Canvas,
     tally: FaceTally,
@@ -153,17 +162,36 @@ impl Frame<'_> {
         if self.canvas.has_data() {
             return self.draw_data(run, surface, S::ATTRIBUTES);
         }
-        let Self { model, clip, tiler, canvas, tally, progress } = self;
+        let Self { model, clip, placed, tiler, canvas, tally, progress } = self;
         let mut extent = canvas.extent();
         let (width, height) = (extent.width, extent.height);
         let (depth, planes) = canvas.split();
         let mut depth = depth.map(|depth| Plane::new(depth, width, height)).transpose()?;
         if let Some(picture) = planes.picture {
             let mut target = Plane::new(picture, width, height)?;
-            for i in run.pieces.clone() {
-                let piece = next(model, i, tiler, tally, progress);
-                let polygon = PiecePolygon::new(model, clip, piece, surface);
-                tiler.draw(&polygon, &mut Picture(surface), &mut target, depth.as_mut());
+            let shader = &mut Picture(surface);
+            let mut rest = run.pieces.clone();
+            while !rest.is_empty() {
+                progress.set(rest.start as u64, model.pieces.len() as u64);
+                let whole = whole_faces(&model.pieces, rest.clone());
+                rest.start = whole.end;
+                tiler.draw_all(
+                    model.pieces[whole].iter().map(|piece| {
+                        PiecePolygon::new(model, clip, *piece, surface).with_placed(placed)
+                    }),
+                    shader,
+                    &mut target,
+                    depth.as_mut(),
+                );
+                // A face of several pieces: their counts are put together.
+                if let Some(face) = model.pieces.get(rest.start).map(|piece| piece.face) {
+                    while !rest.is_empty() && model.pieces[rest.start].face == face {
+                        let piece = next(model, rest.start, tiler, tally, progress);
+                        let polygon = PiecePolygon::new(model, clip, piece, surface);
+                        tiler.draw(&polygon, shader, &mut target, depth.as_mut());
+                        rest.start += 1;
+                    }
+                }
             }
         } else {
             for i in run.pieces.clone() {
@@ -177,7 +205,7 @@ impl Frame<'_> {
 
     /// Draws `run` into all planes. The surface has `read` attributes.
     fn draw_data(&mut self, run: &Run, surface: &dyn Surface, read: usize) -> Result<(), Failure> {
-        let Self { model, clip, tiler, canvas, tally, progress } = self;
+        let Self { model, clip, tiler, canvas, tally, progress, .. } = self;
         let (extras, layout) = extras(model, run.look, canvas, read);
         let mut extent = canvas.extent();
         let (depth, planes) = canvas.split();
@@ -195,6 +223,17 @@ impl Frame<'_> {
     }
 }
 
+/// Most pieces that are drawn before progress is shown.
+const PROGRESS_PIECES: usize = 1 << 14;
+
+/// The first pieces of `pieces[range]` that are faces of their own.
+fn whole_faces(pieces: &[Piece], range: Range<usize>) -> Range<usize> {
+    let face = |i: usize| pieces.get(i).map(|piece| piece.face);
+    let end = range.end.min(range.start + PROGRESS_PIECES);
+    let several = |i: &usize| face(*i) == face(i + 1);
+    range.start..(range.start..end).find(several).unwrap_or(end)
+}
+
 /// Piece `i`, which is going to be drawn.
 #[inline]
 fn next(
@@ -204,7 +243,6 @@ fn next(
     tally: &mut FaceTally,
     progress: &mut Progress,
 ) -> Piece {
-    const PROGRESS_PIECES: usize = 1 << 10;
     if i.is_multiple_of(PROGRESS_PIECES) {
         progress.set(i as u64, model.pieces.len() as u64);
     }
@@ -314,6 +352,7 @@ struct PiecePolygon<'a, V> {
     /// Its first corner.
     start: usize,
     vertices: &'a V,
+    placed: Option<&'a Placed>,
 }
 
 impl<'a, V: Vertices> PiecePolygon<'a, V> {
@@ -321,7 +360,14 @@ impl<'a, V: Vertices> PiecePolygon<'a, V> {
     fn new(model: &'a Model, clip: &'a [[f64; 4]], piece: Piece, vertices: &'a V) -> Self {
         let corners = piece.corners();
         let start = corners.start;
-        Self { clip, positions: &model.corners.position[corners], start, vertices }
+        let positions = &model.corners.position[corners];
+        Self { clip, positions, start, vertices, placed: None }
+    }
+
+    /// With the places of all positions of the model.
+    #[inline]
+    fn with_placed(self, placed: &'a Placed) -> Self {
+        Self { placed: Some(placed), ..self }
     }
 }
 
@@ -344,5 +390,15 @@ impl<V: Vertices> Polygon for PiecePolygon<'_, V> {
     #[inline]
     fn attribute(&self, i: usize, k: usize) -> f32 {
         self.vertices.attribute(self.start + i, k)
+    }
+
+    #[inline]
+    fn placed(&self) -> Option<&Placed> {
+        self.placed
+    }
+
+    #[inline]
+    fn placed_index(&self, i: usize) -> usize {
+        self.positions[i] as usize
     }
 }

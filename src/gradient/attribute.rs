@@ -16,6 +16,12 @@ impl Gradients {
         self.attributes.clear();
         self.attributes.reserve(subject.wanted.attributes);
         for k in 0..subject.wanted.attributes {
+            if self.one_bound
+                && let Some(field) = self.usual_in_view(k, subject)
+            {
+                self.attributes.push(field);
+                continue;
+            }
             let is_flat = subject.interpolation_of(k) == Interpolation::Flat;
             let field = match constant_attribute(self.values_of(k, subject), is_flat) {
                 Ok(value) => Field::Constant(value),

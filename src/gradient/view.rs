@@ -7,6 +7,7 @@
 
 use super::frame::{Linear, Plane, U};
 use super::{Field, Gradients, Plain, Subject, TRUSTED, WITHIN_ULP};
+use crate::varying::Interpolation;
 
 /// Times W^3 D S, over det: the error of an attribute, by its magnitude, is below a half of this.
 const ATTRIBUTE_ERROR: f64 = 2400.0 * U;
@@ -72,6 +73,26 @@ impl Gradients {
         let error = self.q_error * (by_z * greatest + by_difference * (b.abs() + c.abs()));
         let doubtful_below = error * scale.abs() * WITHIN_ULP;
         Field::Plain(Plain { numerator, over_w: false, doubtful_below, range: [0.0, 1.0] })
+    }
+
+    /// Attribute `k`, if it is what attributes usually are: finite, with perspective, and not
+    /// the same all over.
+    #[inline(always)]
+    pub(super) fn usual_in_view(&self, k: usize, subject: &Subject<'_>) -> Option<Field> {
+        let [p, q, r] = *self.values_of(k, subject).first_chunk()?;
+        let (low, high) = if p < q { (p, q) } else { (q, p) };
+        let low = if r < low { r } else { low };
+        let high = if r > high { r } else { high };
+        // What is no number makes no number of this.
+        let finite = p * 0.0 + q * 0.0 + r * 0.0 == 0.0;
+        let over_w = subject.interpolation_of(k) == Interpolation::Perspective;
+        let magnitude = f64::from(if -low > high { -low } else { high });
+        if !(finite && over_w && low < high && super::fits(magnitude)) {
+            return None;
+        }
+        let [a, b, c] = self.triple_values(k, subject);
+        let combined = self.frame.plane.combine([a, b - a, c - a]);
+        Some(Field::plain(combined.scaled(self.unit), true, [low + 0.0, high + 0.0]))
     }
 
     /// An attribute whose magnitude fits.
