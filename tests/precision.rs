@@ -273,10 +273,14 @@ fn precision_of_constants_is_exact_for_any_bits() {
                 }
                 let mut interpolation = vec![mode];
                 interpolation.extend(&view.interpolation);
-                let (_, picture, _) = probe::draw(&View { interpolation, ..view }, &poly);
-                tally.add(picture.len());
-                for (place, seen) in picture {
-                    prop_assert_eq!(seen.attributes[0], right, "{:?}", place);
+                for precision in [Precision::Exact, Precision::Fast] {
+                    let interpolation = interpolation.clone();
+                    let view = View { interpolation, precision, ..view.clone() };
+                    let (_, picture, _) = probe::draw(&view, &poly);
+                    tally.add(picture.len());
+                    for (place, seen) in picture {
+                        prop_assert_eq!(seen.attributes[0], right, "{:?}", place);
+                    }
                 }
             }
             Ok(())
