@@ -207,6 +207,40 @@ fn precision_of_an_edge_on_triangle_is_that_of_the_nearest_vertex() {
     assert_eq!(values, right);
 }
 
+/// Triangles as narrow as some steps of the grid, at any ratio of distances: the plane in `f64`
+/// is good for little.
+fn slivers() -> impl Strategy<Value = (View, Poly)> {
+    let ends = [[0.0..60.0_f64, 0.0..60.0], [0.0..60.0, 0.0..60.0]];
+    let third = (-0.5..1.5_f64, [-1.0..1.0_f64, -1.0..1.0], 4..16_i32);
+    let exponents = [0.0..30.0_f64, 0.0..30.0, 0.0..30.0];
+    let attributes = prop::collection::vec([-9.0..9.0_f32, -9.0..9.0_f32], 3);
+    (ends, third, exponents, attributes).prop_map(
+        |([a, b], (t, aside, e), exponents, attributes)| {
+            let viewport = Viewport::new(0, 0, 60, 60).expect("small");
+            let c = [0, 1].map(|i| a[i] + t * (b[i] - a[i]) + aside[i] * f64::from(-e).exp2());
+            let mut poly = Poly::default();
+            for (k, at) in [a, b, c].into_iter().enumerate() {
+                let depth = attributes[k][1].abs() / 9.0;
+                let w = exponents[k].exp2();
+                poly.positions.push(in_range(unproject(viewport, at, f64::from(depth), w)));
+                poly.attributes.push(attributes[k].to_vec());
+            }
+            let interpolation = vec![Interpolation::Perspective, Interpolation::NoPerspective];
+            (View { interpolation, ..View::whole(viewport) }, poly)
+        },
+    )
+}
+
+#[test]
+fn precision_of_slivers_is_exact() {
+    let compared = Compared::default();
+    let cases = check(file!(), "precision_of_slivers", 2000, &slivers(), |(view, poly)| {
+        agrees(&view, &poly, &compared)
+    });
+    compared.pixels.report("pixels compared", cases / 10);
+    compared.left_out.report("values left out", 0);
+}
+
 /// The other precision: 4u |value| + 3u M, depth to a unit in the last place.
 #[test]
 fn precision_of_fast_is_within_its_bound() {
@@ -214,9 +248,10 @@ fn precision_of_fast_is_within_its_bound() {
         scenes(20.0).prop_map(|scene| (scene.view(), scene.poly)),
         clipped_polygons(),
         bent_polygons(),
+        slivers(),
     ];
     let compared = Compared::default();
-    let cases = check(file!(), "precision_of_fast", 2000, &polygons, |(view, poly)| {
+    let cases = check(file!(), "precision_of_fast", 3000, &polygons, |(view, poly)| {
         agrees(&View { precision: Precision::Fast, ..view }, &poly, &compared)
     });
     compared.report(cases, 100);
