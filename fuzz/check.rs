@@ -859,7 +859,13 @@ fn check_cut(viewport: Viewport, planes: &[ClipPlane], shape: &Shape, cut: &Vert
         let column = || (0..given.len()).map(|i| vertex(&given, i)[k]);
         let least = column().fold(f64::INFINITY, f64::min);
         let most = column().fold(f64::NEG_INFINITY, f64::max);
-        let slack = ROUNDING * least.abs().max(most.abs());
+        let mut slack = ROUNDING * least.abs().max(most.abs());
+        if let Some(side) = [viewport.width(), viewport.height()].get(k) {
+            // On the guard band x and y are some reach times w, and as good as w.
+            let reach = 32767.0 / (f64::from(*side) / 2.0) + 1.0;
+            let w = shape.positions.iter().map(|p| p[3].abs()).fold(0.0, f64::max);
+            slack += ROUNDING * w * if reach.is_finite() { reach } else { 0.0 };
+        }
         for i in 0..cut.len() {
             let value = vertex(cut, i)[k];
             let inside = least - slack <= value && value <= most + slack;

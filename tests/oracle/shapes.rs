@@ -315,18 +315,20 @@ pub(crate) fn vanishing_polygons() -> impl Strategy<Value = (View, Poly)> {
     let steps = [-20..20_i32, -20..20_i32, -20..20_i32, -20..20_i32];
     let line = ([-2..=2_i32, -2..=2_i32], [0..40_i32, 0..40_i32]);
     let attributes = prop::collection::vec((line, any::<bool>()), 1..4);
-    let ws = prop_oneof![Just([0, 0, 0]), [0..4_i32, 0..4, 0..4]];
+    // Of 12 bits, so that an attribute times w is an f32.
+    let ws = [1..4096_u16, 1..4096, 1..4096];
     let side = || 33..70_u32;
-    (side(), side(), [5..30_i32, 5..30_i32], steps, ws, attributes).prop_map(
-        |(width, height, a, [bx, by, cx, cy], ws, attributes)| {
+    (side(), side(), [5..30_i32, 5..30_i32], steps, (ws, any::<bool>()), attributes).prop_map(
+        |(width, height, a, [bx, by, cx, cy], (mut ws, parallelogram), attributes)| {
             let viewport = Viewport::new(0, 0, width, height).expect("small");
             let mut corners = vec![a, [a[0] + bx, a[1] + by], [a[0] + cx, a[1] + cy]];
-            if ws == [0; 3] {
+            if parallelogram {
                 corners.insert(2, [a[0] + bx + cx, a[1] + by + cy]);
+                ws = [ws[0]; 3];
             }
             let mut poly = Poly::default();
-            for (i, corner) in corners.iter().enumerate() {
-                let w = f64::from(ws.get(i).map_or(1, |e| 1 << e));
+            for (corner, w) in corners.iter().zip(ws.iter().cycle()) {
+                let w = f64::from(*w);
                 let at = corner.map(|c| f64::from(c) + 0.5);
                 poly.positions.push(unproject(viewport, at, 0.5, w));
                 let value = |((slope, zero), linear): &(([i32; 2], [i32; 2]), bool)| {
