@@ -349,7 +349,11 @@ impl TargetRun {
         while left != 0 {
             let first = left.trailing_zeros();
             let count = (left >> first).trailing_ones();
-            self.write_one(target, first as usize, &pixels[first as usize..(first + count) as usize]);
+            self.write_one(
+                target,
+                first as usize,
+                &pixels[first as usize..(first + count) as usize],
+            );
             left &= u16::MAX << (first + count - 1) << 1;
         }
     }

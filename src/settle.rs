@@ -44,7 +44,16 @@ impl<'a> Walked<'a> {
         gradients: &'a mut Gradients,
         clipper: &'a mut Clipper,
     ) -> Self {
-        Self { subject, gradients, clipper, exact_values: 0, corners: None, u: 0, v: 0, columns: 16 }
+        Self {
+            subject,
+            gradients,
+            clipper,
+            exact_values: 0,
+            corners: None,
+            u: 0,
+            v: 0,
+            columns: 16,
+        }
     }
 
     /// The last resort, for some pixels.

@@ -122,9 +122,7 @@ impl View {
         // Divide, viewport, snap: as `divide` does, but that nothing can be out of reach.
         let (half, centre, corner) = (load(&self.half), load(&self.centre), load(&self.corner));
         let (steps, step, whole) = (splat(self.steps), splat(self.step), splat(WHOLE));
-        let snap = |framebuffer: f64x4<S>| {
-            (framebuffer * steps + whole - whole) * step - corner
-        };
+        let snap = |framebuffer: f64x4<S>| (framebuffer * steps + whole - whole) * step - corner;
         let (sa, sb, sc) = (
             snap(pa / wa * half + centre),
             snap(pb / wb * half + centre),

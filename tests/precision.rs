@@ -3,7 +3,7 @@
 #[expect(dead_code, reason = "each test file uses a part of it")]
 mod oracle;
 
-use hyperspan::space::{PixelRect, Viewport};
+use hyperspan::space::{Grid, PixelRect, Viewport};
 use hyperspan::tiler::Precision;
 use hyperspan::varying::Interpolation;
 use oracle::Poly;
@@ -303,6 +303,24 @@ fn precision_of_slivers_is_exact() {
     });
     compared.pixels.report("pixels compared", cases / 10);
     compared.left_out.report("values left out", 0);
+}
+
+/// On the n.8 grid, centres that are covered may lie outside the polygon by 256 times as much.
+#[test]
+fn precision_on_the_coarse_grid_is_exact() {
+    let polygons = prop_oneof![
+        scenes(12.0).prop_map(|scene| (scene.view(), scene.poly)),
+        hairs(),
+        bent_hairs(),
+        slivers(),
+    ];
+    let strategy = (polygons, prop_oneof![Just(Precision::Exact), Just(Precision::Fast)]);
+    let compared = Compared::default();
+    let cases = check(file!(), "precision_coarse", 3000, &strategy, |((view, poly), precision)| {
+        let viewport = view.viewport.with_grid(Grid::Eight);
+        agrees(&View { viewport, precision, ..view }, &poly, &compared)
+    });
+    compared.report(cases, 10);
 }
 
 /// The other precision: 4u |value| + 3u M, depth to a unit in the last place.
