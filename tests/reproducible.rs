@@ -137,7 +137,11 @@ fn reproducible_at_any_scale() {
                 // w and 1/w scale with it.
                 let pairs = [(&mut seen.w, right.w, e), (&mut seen.inv_w, right.inv_w, -e)];
                 for (bits, before, e) in pairs {
-                    if let Some(after) = shifted(before, e) {
+                    // In `Fast`, w beyond 2^60 is found another way, and need not have the bits of
+                    // what it is scaled from.
+                    if view.precision == Precision::Exact
+                        && let Some(after) = shifted(before, e)
+                    {
                         prop_assert_eq!(*bits, after, "{:?}", place);
                     }
                     *bits = before;
@@ -414,7 +418,7 @@ fn reproducible_on_any_machine() {
             poly.positions.push([random(-w, w), random(-w, w), random(-0.2, w), w]);
             poly.attributes.push(vec![random(-1.0, 1.0) as f32, random(-9.0, 9.0) as f32]);
         }
-        let precision = if number % 2 == 0 { Precision::Exact } else { Precision::Fast };
+        let precision = if number / 4 % 2 == 0 { Precision::Exact } else { Precision::Fast };
         let interpolation = vec![Interpolation::Perspective, Interpolation::NoPerspective];
         let view = View { precision, interpolation, ..View::whole(viewport) };
         for ((y, x), seen) in probe::draw(&view, &poly).1 {
@@ -425,5 +429,5 @@ fn reproducible_on_any_machine() {
             }
         }
     }
-    assert_eq!((pixels, hash), (140_966, 0xDCF0_4729_94DF_783A));
+    assert_eq!((pixels, hash), (140_966, 0x9B1A_96FF_DE30_17B4));
 }
