@@ -829,6 +829,9 @@ fn sorted(arrays: &VertexArrays) -> Vec<Vec<u64>> {
 /// What rounding may do, relative to the largest number involved.
 const ROUNDING: f64 = 1e-13;
 
+/// Products of two numbers above it do not underflow, divided by a plane's largest either.
+const UNDERFLOW: f64 = 1e-100;
+
 fn check_cut(viewport: Viewport, planes: &[ClipPlane], shape: &Shape, cut: &VertexArrays) {
     let near = match viewport.depth_range() {
         DepthRange::ZeroToOne => [0.0, 0.0, 1.0, 0.0],
@@ -838,7 +841,7 @@ fn check_cut(viewport: Viewport, planes: &[ClipPlane], shape: &Shape, cut: &Vert
     let terms = |plane: &ClipPlane, p: [f64; 4]| [0, 1, 2, 3].map(|k| plane[k] * p[k]);
     for plane in planes.iter().chain(&[near, far]) {
         let largest = shape.positions.iter().flat_map(|p| terms(plane, *p));
-        let allowed = ROUNDING * largest.map(f64::abs).fold(0.0, f64::max);
+        let allowed = ROUNDING * largest.map(f64::abs).fold(UNDERFLOW, f64::max);
         for i in 0..cut.len() {
             let distance: f64 = terms(plane, cut.position(i)).iter().sum();
             assert!(distance >= -allowed, "vertex {i} is {distance:e} from {plane:?}");
@@ -853,13 +856,22 @@ fn check_cut(viewport: Viewport, planes: &[ClipPlane], shape: &Shape, cut: &Vert
             let [x, y, z, w] = terms(plane, p);
             (x + y) + (z + w) >= 0.0
         });
-        assert!(!(visible && inside) || left.contains(&vertex), "vertex {i} is lost");
+        // Where products underflow, a distance may round to either side.
+        let small = |numbers: &[f64]| numbers.iter().any(|c| *c != 0.0 && c.abs() < UNDERFLOW);
+        let unsure = small(&p) || planes.iter().any(|plane| small(plane));
+        assert!(unsure || !(visible && inside) || left.contains(&vertex), "vertex {i} is lost");
     }
     for k in 0..5 {
         let column = || (0..given.len()).map(|i| vertex(&given, i)[k]);
         let least = column().fold(f64::INFINITY, f64::min);
         let most = column().fold(f64::NEG_INFINITY, f64::max);
-        let slack = ROUNDING * least.abs().max(most.abs());
+        let mut slack = ROUNDING * least.abs().max(most.abs());
+        if let Some(side) = [viewport.width(), viewport.height()].get(k) {
+            // On the guard band x and y are some reach times w, and as good as w.
+            let reach = 32767.0 / (f64::from(*side) / 2.0) + 1.0;
+            let w = shape.positions.iter().map(|p| p[3].abs()).fold(0.0, f64::max);
+            slack += ROUNDING * w * if reach.is_finite() { reach } else { 0.0 };
+        }
         for i in 0..cut.len() {
             let value = vertex(cut, i)[k];
             let inside = least - slack <= value && value <= most + slack;

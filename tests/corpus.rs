@@ -2,6 +2,19 @@
 
 #[path = "../fuzz/check.rs"]
 mod check;
+#[path = "../src/cli/failure.rs"]
+#[expect(dead_code, reason = "the program uses the rest")]
+mod failure;
+#[path = "../src/cli/model/obj.rs"]
+#[expect(dead_code, reason = "the program uses the rest")]
+mod obj;
+#[path = "../src/cli/poly.rs"]
+mod poly;
+#[path = "../fuzz/readers.rs"]
+mod readers;
+#[path = "../src/cli/text.rs"]
+#[expect(dead_code, reason = "the program uses the rest")]
+mod text;
 
 use std::fs;
 use std::path::Path;
@@ -44,6 +57,11 @@ fn corpus_of_the_clipper_holds() {
     replay("clip", check::clip);
 }
 
+#[test]
+fn corpus_of_the_readers_holds() {
+    replay("readers", readers::readers);
+}
+
 /// Bytes without a plan, so that something is tested even where the corpus goes stale.
 #[test]
 fn corpus_of_pseudorandom_bytes_holds() {
@@ -58,6 +76,7 @@ fn corpus_of_pseudorandom_bytes_holds() {
         let guard = Named(&shown);
         check::tiler(&data);
         check::clip(&data);
+        readers::readers(&data);
         drop(guard);
     }
 }

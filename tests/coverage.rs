@@ -64,7 +64,19 @@ fn soups() -> impl Strategy<Value = (View, Poly)> {
     let place = prop_oneof![Just(0), -5000..5000_i32, Just(1 << 28)];
     let viewport = (place.clone(), place, side(), side(), any::<bool>());
     let window = ([-9..9_i32, -9..9_i32], [0..70_u32, 0..70_u32]);
-    (points, ws, viewport, window).prop_map(|(points, ws, (x, y, w, h, fine), (aside, size))| {
+    let mirrored = prop::bool::weighted(0.1);
+    let shape = (points, mirrored).prop_map(|(mut points, mirrored)| {
+        if mirrored {
+            // Its own mirror image, run through in the same order: what is drawn goes round as
+            // much to the left as to the right, and has no area.
+            points.truncate(6);
+            points.extend_from_within(..);
+            let half = points.len() / 2;
+            points[half..].iter_mut().for_each(|p| p[0] = -p[0]);
+        }
+        points
+    });
+    (shape, ws, viewport, window).prop_map(|(points, ws, (x, y, w, h, fine), (aside, size))| {
         let grid = if fine { Grid::Sixteen } else { Grid::Eight };
         let viewport = Viewport::new(x, y, w, h).expect("small").with_grid(grid);
         let middle = [f64::from(w / 2), f64::from(h / 2)];
@@ -134,6 +146,59 @@ fn coverage_follows_the_formula_to_the_last_bit() {
     });
     covered.report("corners left of and above a centre", cases / 50);
     not.report("corners beyond it", cases / 50);
+}
+
+/// Triangles with an edge past the centre of a pixel, nearer than any other place of the grid
+/// would let it: on it, or to one side by one or two of the edge's height in steps of the grid.
+fn near_misses() -> impl Strategy<Value = (Poly, [i32; 2])> {
+    let exponent = 17..31_u32;
+    let delta = (exponent.clone(), exponent, -1.0..1.0_f64, 0.5..1.0_f64);
+    let pixel = [0..64_i32, 0..64_i32];
+    let third = [-30_000.0..30_000.0, -30_000.0..30_000.0_f64];
+    (delta, -2..=2_i64, pixel, third).prop_map(|((ex, ey, dx, dy), off, pixel, third)| {
+        let [dx, mut dy] = [(dx, ex), (dy, ey)].map(|(c, e)| (c * f64::from(e).exp2()) as i64);
+        while inverse(dx, dy).is_none() {
+            dy += 1;
+        }
+        // Where the edge meets the row of the centre, t below its upper end, it is at
+        // x + t dx / dy = centre + off / dy.
+        let t = (i128::from(inverse(dx, dy).expect("coprime")) * i128::from(off))
+            .rem_euclid(i128::from(dy)) as i64;
+        let along = (i128::from(t) * i128::from(dx) - i128::from(off)) / i128::from(dy);
+        let [x, y] = pixel.map(|c| i64::from(c) * 65536 + 32768);
+        let upper = [x - along as i64, y - t];
+        let place = |p: [i64; 2]| p.map(|c| c as f64 / 65536.0);
+        let points = [place(upper), place([upper[0] + dx, upper[1] + dy]), third];
+        let viewport = Viewport::new(0, 0, 64, 64).expect("small");
+        let positions = points.map(|p| unproject(viewport, p, 0.5, 1.0));
+        (Poly::bare(&positions), pixel)
+    })
+}
+
+/// The x of 0 < x < `m` with a x = 1 modulo m, if there is one.
+fn inverse(a: i64, m: i64) -> Option<i64> {
+    let (mut r, mut s) = ([m, a.rem_euclid(m)], [0, 1]);
+    while r[1] != 0 {
+        let quotient = r[0] / r[1];
+        r = [r[1], r[0] - quotient * r[1]];
+        s = [s[1], s[0] - quotient * s[1]];
+    }
+    (r[0] == 1).then(|| s[0].rem_euclid(m))
+}
+
+#[test]
+fn coverage_of_edges_that_miss_a_centre_by_the_least_is_the_crossing_oracles() {
+    let view = View::whole(Viewport::new(0, 0, 64, 64).expect("small"));
+    let (covered, not) = (Tally::default(), Tally::default());
+    let cases =
+        check(file!(), "coverage_of_near_misses", 5000, &near_misses(), |(poly, [x, y])| {
+            agrees(&view, &poly, &Tally::default())?;
+            let drawn = probe::coverage(&view, &poly).contains(&(x, y));
+            (if drawn { &covered } else { &not }).add(1);
+            Ok(())
+        });
+    covered.report("centres covered", cases / 5);
+    not.report("centres missed", cases / 5);
 }
 
 /// A convex polygon from steps between lattice points, sorted by angle: collinear vertices,

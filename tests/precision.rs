@@ -3,7 +3,7 @@
 #[expect(dead_code, reason = "each test file uses a part of it")]
 mod oracle;
 
-use hyperspan::space::{PixelRect, Viewport};
+use hyperspan::space::{Grid, PixelRect, Viewport};
 use hyperspan::tiler::Precision;
 use hyperspan::varying::Interpolation;
 use oracle::Poly;
@@ -177,6 +177,70 @@ fn precision_of_hairs_is_clamped_to_the_vertices() {
     compared.left_out.report("values left out", 0);
 }
 
+/// The same with four corners, each attribute at any value: the centres lie beyond an end of the
+/// span, or above or below the polygon, by a hair.
+fn bent_hairs() -> impl Strategy<Value = (View, Poly)> {
+    let hair = || [-1.4..1.4, -1.4..1.4_f64];
+    // One in each quarter of the picture.
+    let corner = || ([0..6_i32, 0..6_i32], hair(), 0.0..4.0_f64, [-9.0..9.0_f32, -9.0..9.0]);
+    let level = prop_oneof![Just(None), (0..6_i32).prop_map(Some)];
+    ([corner(), corner(), corner(), corner()], level).prop_map(|(corners, level)| {
+        let viewport = Viewport::new(0, 0, 16, 16).expect("small");
+        let mut poly = Poly::default();
+        for (k, (mut pixel, hair, e, attributes)) in corners.into_iter().enumerate() {
+            // Two of them side by side: an edge along the centres of a row.
+            pixel[1] = level.filter(|_| k < 2).unwrap_or(pixel[1]);
+            let quarter = [[0, 0], [6, 0], [6, 6], [0, 6]][k];
+            let at = [0, 1].map(|i| f64::from(quarter[i] + pixel[i]) + 2.5 + hair[i] / 65536.0);
+            poly.positions.push(in_range(unproject(viewport, at, 0.5, e.exp2())));
+            poly.attributes.push(attributes.to_vec());
+        }
+        let interpolation = vec![Interpolation::Perspective, Interpolation::NoPerspective];
+        (View { interpolation, ..View::whole(viewport) }, poly)
+    })
+}
+
+#[test]
+fn precision_of_bent_hairs_stays_between_the_ends() {
+    let compared = Compared::default();
+    let cases = check(file!(), "precision_of_bent_hairs", 8000, &bent_hairs(), |(view, poly)| {
+        agrees(&view, &poly, &compared)
+    });
+    compared.report(cases, 10);
+    compared.across.report("along edges and across spans", 10 * cases);
+}
+
+/// Parallelograms without perspective: by symmetry, of the vertices that could carry the plane
+/// two are as good; and attributes are a little off the plane, so that it shows which is taken.
+fn ties() -> impl Strategy<Value = (View, Poly)> {
+    let corner = || [-30..30_i32, -30..30_i32];
+    let slopes = [-64..64_i32, -64..64_i32];
+    ([corner(), corner(), corner()], slopes, 0..4_usize, -3..=3_i32).prop_map(
+        |([a, b, c], slopes, which, off)| {
+            let viewport = Viewport::new(0, 0, 64, 64).expect("small");
+            let corners = [a, b, [b[0] + c[0] - a[0], b[1] + c[1] - a[1]], c];
+            let mut poly = Poly::default();
+            for (k, corner) in corners.iter().enumerate() {
+                let at = corner.map(|c| f64::from(c) / 4.0 + 32.0);
+                poly.positions.push(unproject(viewport, at, 0.5, 1.0));
+                let value = slopes[0] * corner[0] + slopes[1] * corner[1];
+                let off = if k == which { off as f32 / 1024.0 } else { 0.0 };
+                poly.attributes.push(vec![value as f32 + off]);
+            }
+            (View::whole(viewport), poly)
+        },
+    )
+}
+
+#[test]
+fn precision_of_ties_is_that_of_the_least_vertices() {
+    let compared = Compared::default();
+    let cases = check(file!(), "precision_of_ties", 2000, &ties(), |(view, poly)| {
+        agrees(&view, &poly, &compared)
+    });
+    compared.report(cases, 100);
+}
+
 /// Seen from the side: the third vertex lies exactly on the line through the two others, which
 /// goes through centres; snapped, it lies to the right. Each pixel has the values of the vertex that is
 /// nearest.
@@ -207,6 +271,58 @@ fn precision_of_an_edge_on_triangle_is_that_of_the_nearest_vertex() {
     assert_eq!(values, right);
 }
 
+/// Triangles as narrow as some steps of the grid, at any ratio of distances: the plane in `f64`
+/// is good for little.
+fn slivers() -> impl Strategy<Value = (View, Poly)> {
+    let ends = [[0.0..60.0_f64, 0.0..60.0], [0.0..60.0, 0.0..60.0]];
+    let third = (-0.5..1.5_f64, [-1.0..1.0_f64, -1.0..1.0], 0..14_i32);
+    let exponents = [0.0..30.0_f64, 0.0..30.0, 0.0..30.0];
+    let attributes = prop::collection::vec([-9.0..9.0_f32, -9.0..9.0_f32], 3);
+    (ends, third, exponents, attributes).prop_map(
+        |([a, b], (t, aside, e), exponents, attributes)| {
+            let viewport = Viewport::new(0, 0, 60, 60).expect("small");
+            let c = [0, 1].map(|i| a[i] + t * (b[i] - a[i]) + aside[i] * f64::from(-e).exp2());
+            let mut poly = Poly::default();
+            for (k, at) in [a, b, c].into_iter().enumerate() {
+                let depth = attributes[k][1].abs() / 9.0;
+                let w = exponents[k].exp2();
+                poly.positions.push(in_range(unproject(viewport, at, f64::from(depth), w)));
+                poly.attributes.push(attributes[k].to_vec());
+            }
+            let interpolation = vec![Interpolation::Perspective, Interpolation::NoPerspective];
+            (View { interpolation, ..View::whole(viewport) }, poly)
+        },
+    )
+}
+
+#[test]
+fn precision_of_slivers_is_exact() {
+    let compared = Compared::default();
+    let cases = check(file!(), "precision_of_slivers", 2000, &slivers(), |(view, poly)| {
+        agrees(&view, &poly, &compared)
+    });
+    compared.pixels.report("pixels compared", cases / 10);
+    compared.left_out.report("values left out", 0);
+}
+
+/// On the n.8 grid, centres that are covered may lie outside the polygon by 256 times as much.
+#[test]
+fn precision_on_the_coarse_grid_is_exact() {
+    let polygons = prop_oneof![
+        scenes(12.0).prop_map(|scene| (scene.view(), scene.poly)),
+        hairs(),
+        bent_hairs(),
+        slivers(),
+    ];
+    let strategy = (polygons, prop_oneof![Just(Precision::Exact), Just(Precision::Fast)]);
+    let compared = Compared::default();
+    let cases = check(file!(), "precision_coarse", 3000, &strategy, |((view, poly), precision)| {
+        let viewport = view.viewport.with_grid(Grid::Eight);
+        agrees(&View { viewport, precision, ..view }, &poly, &compared)
+    });
+    compared.report(cases, 10);
+}
+
 /// The other precision: 4u |value| + 3u M, depth to a unit in the last place.
 #[test]
 fn precision_of_fast_is_within_its_bound() {
@@ -214,9 +330,10 @@ fn precision_of_fast_is_within_its_bound() {
         scenes(20.0).prop_map(|scene| (scene.view(), scene.poly)),
         clipped_polygons(),
         bent_polygons(),
+        slivers(),
     ];
     let compared = Compared::default();
-    let cases = check(file!(), "precision_of_fast", 2000, &polygons, |(view, poly)| {
+    let cases = check(file!(), "precision_of_fast", 3000, &polygons, |(view, poly)| {
         agrees(&View { precision: Precision::Fast, ..view }, &poly, &compared)
     });
     compared.report(cases, 100);
@@ -257,8 +374,8 @@ fn precision_of_true_ties_is_half_to_even() {
 #[test]
 fn precision_of_constants_is_exact_for_any_bits() {
     let modes = [Interpolation::Perspective, Interpolation::NoPerspective, Interpolation::Flat];
-    let strategy =
-        (scenes(10.0), clipped_polygons(), any::<u32>(), prop::sample::select(modes.to_vec()));
+    let bits = prop_oneof![8 => any::<u32>(), 1 => Just(0x8000_0000), 1 => Just(0xFF80_0000)];
+    let strategy = (scenes(10.0), clipped_polygons(), bits, prop::sample::select(modes.to_vec()));
     let tally = Tally::default();
     let cases = check(
         file!(),
@@ -273,10 +390,14 @@ fn precision_of_constants_is_exact_for_any_bits() {
                 }
                 let mut interpolation = vec![mode];
                 interpolation.extend(&view.interpolation);
-                let (_, picture, _) = probe::draw(&View { interpolation, ..view }, &poly);
-                tally.add(picture.len());
-                for (place, seen) in picture {
-                    prop_assert_eq!(seen.attributes[0], right, "{:?}", place);
+                for precision in [Precision::Exact, Precision::Fast] {
+                    let interpolation = interpolation.clone();
+                    let view = View { interpolation, precision, ..view.clone() };
+                    let (_, picture, _) = probe::draw(&view, &poly);
+                    tally.add(picture.len());
+                    for (place, seen) in picture {
+                        prop_assert_eq!(seen.attributes[0], right, "{:?}", place);
+                    }
                 }
             }
             Ok(())

@@ -62,8 +62,10 @@ fn number() -> impl Strategy<Value = f64> {
 /// Polygons of 0 to 40 vertices with 0 to 4 attributes, of any bits; a tenth of them has a
 /// position that is not finite.
 fn raw_polygons() -> impl Strategy<Value = Poly> {
+    let infinite = prop::sample::select(vec![f64::INFINITY, f64::NEG_INFINITY, f64::NAN]);
     let bits = || {
-        prop_oneof![any::<u64>(), any::<u32>().prop_map(|b| f64::from(f32::from_bits(b)).to_bits())]
+        let single = any::<u32>().prop_map(|b| f64::from(f32::from_bits(b)).to_bits());
+        prop_oneof![any::<u64>(), single, infinite.clone().prop_map(f64::to_bits)]
     };
     let position = [number(), number(), number(), number()];
     // Some share coordinates, so that polygons are degenerate, edge-on, or repeat vertices.
@@ -317,20 +319,27 @@ fn total_counts_add_up() {
     });
 }
 
-/// What costs time must be rows and pixels in sight, not those of the viewport or the guard
-/// band: a giant in a small target, many times over.
+/// What costs time must be rows and pixels in sight, not those of the viewport: a cover, through
+/// a window at its top and one 16000 rows below.
 #[test]
 fn total_work_is_that_of_the_window() {
     let viewport = Viewport::new(0, 0, 16384, 16384).expect("the largest");
-    let giant = [[-1e20, -1e20, 0.5, 1.0], [1e20, -1e20, 0.5, 1.0], [0.0, 1e20, 0.5, 1.0]];
+    let cover = [[-1.0, 1.0, 0.5, 1.0], [-1.0, -1.0, 0.5, 1.0], [1.0, -1.0, 0.5, 1.0]];
+    let cover = Poly::bare(&[cover[0], cover[1], cover[2], [1.0, 1.0, 0.5, 1.0]]);
     let mut tiler = Tiler::new(viewport);
-    tiler.set_origin(8192, 16000);
-    let begun = Instant::now();
-    for _ in 0..20_000 {
-        let mut sheet = oracle::probe::Sheet::new(4, 2);
-        tiler.draw(&Poly::bare(&giant), &mut |_: &Fragment<'_>| 1_u8, &mut sheet, None);
-        assert_eq!(sheet.pixels.iter().flatten().count(), 8);
+    let mut least = [f64::INFINITY; 2];
+    // The least of many turns, so that what else the machine does is of no account.
+    for turn in 0..100 {
+        let begun = Instant::now();
+        tiler.set_origin(8192, if turn % 2 == 0 { 0 } else { 16000 });
+        for _ in 0..50 {
+            let mut sheet = oracle::probe::Sheet::new(4, 2);
+            tiler.draw(&cover, &mut |_: &Fragment<'_>| 1_u8, &mut sheet, None);
+            assert_eq!(sheet.pixels.iter().flatten().count(), 8);
+        }
+        let time = &mut least[turn % 2];
+        *time = time.min(begun.elapsed().as_secs_f64());
     }
-    // Some 2 microseconds each; walking 16000 rows would take 100 times as long.
-    assert!(begun.elapsed().as_secs_f64() < 2.0, "{:?}", begun.elapsed());
+    // Walking all rows above would take tens of times as long.
+    assert!(least[1] < 3.0 * least[0], "{least:?} s");
 }
