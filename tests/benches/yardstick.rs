@@ -11,7 +11,7 @@ mod timing;
 
 use criterion::{Criterion, Throughput};
 use fearless_simd::{
-    Level, Select as _, Simd as Lanes, SimdBase, SimdFloat, SimdMask, dispatch, f32x16, i32x16,
+    Level, Select as _, Simd as Lanes, SimdBase, SimdFloat, SimdMask, dispatch, f32x16, u32x16,
 };
 use hyperspan::simd::Simd;
 use hyperspan::tiler::Precision;
@@ -21,6 +21,9 @@ use timing::time_only;
 
 const SIZE: (u32, u32) = (1920, 1080);
 const LANES: usize = 16;
+
+/// A sum with this has no room for a fraction: its low bits are a whole number's.
+const WHOLE: f32 = 12_582_912.0;
 
 /// a x + b y + c at the centre of pixel (x, y).
 #[derive(Clone, Copy, Default)]
@@ -113,10 +116,9 @@ impl Floor {
         let rows = self.colour.chunks_exact_mut(width).zip(self.depth.chunks_exact_mut(width));
         let texels: &[[u8; 4]; 1 << 16] = self.texels.as_slice().try_into().expect("256 x 256");
         for (y, ((colours, depths), (start, end))) in rows.zip(&self.spans).enumerate() {
-            let [q, u, v, z] = self.functions.map(|f| {
-                let step = f32x16::splat(simd, f.0[0] as f32);
-                (f32x16::splat(simd, f.at(*start, y)), step)
-            });
+            let [q, u, v, z] = &self.functions;
+            let (q, u) = (start_and_step(simd, q, *start, y), start_and_step(simd, u, *start, y));
+            let (v, z) = (start_and_step(simd, v, *start, y), start_and_step(simd, z, *start, y));
             let blocks = (*start..*end).step_by(LANES);
             for (k, x) in blocks.enumerate() {
                 let lanes = (*end - x).min(LANES);
@@ -139,9 +141,9 @@ impl Floor {
                 }
                 passes.select(new, old).store_slice(depths);
                 let w = f32x16::splat(simd, 1.0) / (along * q.1 + q.0);
-                let column = ((along * u.1 + u.0) * w).floor().to_int::<i32x16<S>>() & 255;
-                let row = ((along * v.1 + v.0) * w).floor().to_int::<i32x16<S>>() & 255;
-                let mut index = [0_i32; LANES];
+                let column = low_byte_of_floor((along * u.1 + u.0) * w);
+                let row = low_byte_of_floor((along * v.1 + v.0) * w);
+                let mut index = [0_u32; LANES];
                 ((row << 8) | column).store_slice(&mut index);
                 if mask == 0xFFFF {
                     for (pixel, i) in colours.iter_mut().zip(index) {
@@ -157,6 +159,24 @@ impl Floor {
             }
         }
     }
+}
+
+/// The value at a pixel, and what is added from one to the next.
+#[inline(always)]
+fn start_and_step<S: Lanes>(
+    simd: S,
+    function: &Affine,
+    x: usize,
+    y: usize,
+) -> (f32x16<S>, f32x16<S>) {
+    let step = function.0[0] as f32;
+    (f32x16::splat(simd, function.at(x, y)), f32x16::splat(simd, step))
+}
+
+/// The nearest whole number of what is half less: floor, but for a rounding.
+#[inline(always)]
+fn low_byte_of_floor<S: Lanes>(value: f32x16<S>) -> u32x16<S> {
+    ((value - 0.5) + WHOLE).to_bits() & 255
 }
 
 /// The instruction sets of the machine, as `fearless_simd` has them.
