@@ -73,13 +73,15 @@ impl<const N: usize> Shader for Bits<N> {
 
     #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, out: &mut [[u8; 4]; BLOCK]) -> u16 {
-        let mut bits = [0; BLOCK];
-        for attribute in block.attributes {
-            for lane in 0..BLOCK {
-                bits[lane] ^= attribute[lane].to_bits();
+        // A number of attributes that is known: else the compiler does it lane by lane.
+        let Some(attributes) = block.attributes.first_chunk::<N>() else { return 0 };
+        for lane in 0..BLOCK {
+            let mut bits = 0;
+            for attribute in attributes {
+                bits ^= attribute[lane].to_bits();
             }
+            out[lane] = bits.to_ne_bytes();
         }
-        *out = bits.map(u32::to_ne_bytes);
         block.mask
     }
 }
