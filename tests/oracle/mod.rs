@@ -5,7 +5,7 @@
 //! - `exact`     rationals, and their correct rounding to `f32`
 //! - `coverage`  P1: snapping, and the half-open non-zero winding rule, in `i128`
 //! - `clipper`   a naive clipper in rationals
-//! - `plane`     P2: values at a pixel through the inverse of the transform
+//! - `plane`     P2: values at a pixel through the inverse of the transform; `quick` ones of many
 //! - `edges`     P2, what is not affine: along edges and across spans
 //! - `judge`     compares a picture with them
 //! - `probe`     draws with the library and records what arrives, pixel by pixel

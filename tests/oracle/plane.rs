@@ -4,6 +4,8 @@
 //! M (la, lb, lc), to weights of three vertices; M has the columns p = (x, y, w) of the three.
 //! Everything follows: 1/w = sum l, z/w = sum l z, s = sum l s / sum l. All in rationals.
 
+pub(crate) mod quick;
+
 use hyperspan::space::{DepthRange, Viewport};
 use hyperspan::varying::{CANONICAL_NAN, Interpolation};
 

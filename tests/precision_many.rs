@@ -1,0 +1,147 @@
+//! P2 on many pixels: `Exact` correctly rounded, `Fast` within its bound, 1/w, depth and attributes.
+//!
+//! A million pixels with every run of the tests, a hundred million when asked:
+//!
+//!     cargo test --release --test precision_many -- --ignored --nocapture
+
+#[expect(dead_code, reason = "each test file uses a part of it")]
+mod oracle;
+
+use hyperspan::shade::Fragment;
+use hyperspan::target::Plane as Target;
+use hyperspan::tiler::Precision;
+use oracle::Poly;
+use oracle::plane::quick::{Known, Quick};
+use oracle::plane::{Plane, Right};
+use oracle::probe::View;
+use oracle::shapes::scenes;
+use proptest::strategy::{Strategy, ValueTree};
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+
+const U: f64 = 1.0 / 16_777_216.0;
+
+/// What was compared.
+#[derive(Debug, Default)]
+struct Compared {
+    polygons: u64,
+    pixels: u64,
+    values: u64,
+    /// Of them, those that took rational arithmetic.
+    by_rationals: u64,
+    /// The largest error of `Fast`, as a part of what it may be.
+    worst: f64,
+}
+
+/// Everything of a pixel that has the same place in both precisions: 1/w, depth, attributes.
+fn draw(view: &View, poly: &Poly, numbers: &mut Vec<f32>, places: &mut Vec<(i32, i32)>) {
+    let (width, height) = view.size();
+    let mut nothing = vec![(); width as usize * height as usize];
+    let mut target = Target::new(&mut nothing, width, height).expect("its size");
+    numbers.clear();
+    places.clear();
+    let mut record = |f: &Fragment<'_>| {
+        places.push((f.x(), f.y()));
+        numbers.extend([f.inv_w(), f.depth()]);
+        numbers.extend((0..f.attribute_count()).map(|k| f.attribute(k)));
+    };
+    view.tiler().draw(poly, &mut record, &mut target, None);
+}
+
+/// The right value by rationals, if there is a promise.
+fn settled(plane: &Plane, (x, y): (i32, i32), number: usize) -> Option<Known> {
+    let at = plane.at(x, y);
+    let right = match number {
+        0 => at.inv_w(),
+        1 => at.depth(),
+        k => at.attribute(k - 2),
+    };
+    match right {
+        Right::Is(rounded) => Some(Known { rounded, value: f64::from(rounded) }),
+        Right::Across | Right::Anything => None,
+    }
+}
+
+/// The error of a value of `Fast`, as a part of what it may be. `most` is the largest magnitude at
+/// the vertices.
+fn part_of_bound(number: usize, drawn: f32, right: Known, most: f64) -> f64 {
+    if number == 1 {
+        return f64::from(drawn.to_bits().abs_diff(right.rounded.to_bits()));
+    }
+    let error = (f64::from(drawn) - right.value).abs();
+    // For what rationals have rounded, and for numbers so small that a bit of f32 is more than the bound.
+    let slack = U * right.value.abs() / 1000.0 + f64::from(f32::from_bits(1));
+    let bound = 4.0 * U * right.value.abs() + 3.0 * U * most + slack;
+    if error == 0.0 { 0.0 } else { error / bound }
+}
+
+fn compare(pixels: u64) -> Compared {
+    let mut compared = Compared::default();
+    let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[7; 32]);
+    let mut runner = TestRunner::new_with_rng(Config::default(), rng);
+    let strategy = scenes(20.0);
+    let (mut exact, mut fast) = (Vec::new(), Vec::new());
+    let (mut places, mut same_places) = (Vec::new(), Vec::new());
+    while compared.pixels < pixels {
+        let scene = strategy.new_tree(&mut runner).expect("a polygon").current();
+        let (view, poly) = (scene.view(), scene.poly);
+        draw(&view, &poly, &mut exact, &mut places);
+        if places.is_empty() {
+            continue;
+        }
+        let quickly = View { precision: Precision::Fast, ..view.clone() };
+        draw(&quickly, &poly, &mut fast, &mut same_places);
+        assert_eq!(places, same_places, "coverage depends on precision");
+        let plane = Plane::new(&poly, view.viewport, &view.interpolation);
+        let Some(quick) = Quick::new(&plane, view.window) else { continue };
+        compared.polygons += 1;
+        compared.pixels += places.len() as u64;
+        let count = 2 + poly.attributes[0].len();
+        let most: Vec<f64> = (0..count)
+            .map(|number| match number {
+                0 => poly.positions.iter().map(|p| 1.0 / p[3]).fold(0.0, f64::max),
+                1 => 1.0,
+                k => poly.attributes.iter().map(|a| f64::from(a[k - 2].abs())).fold(0.0, f64::max),
+            })
+            .collect();
+        let rows = exact.chunks_exact(count).zip(fast.chunks_exact(count));
+        for (place, (exact, fast)) in places.iter().zip(rows) {
+            let mut known = quick.at(place.0, place.1);
+            for number in 0..count {
+                let found = known.as_mut().and_then(|known| known.next().flatten());
+                let right = found.or_else(|| {
+                    let right = settled(&plane, *place, number)?;
+                    compared.by_rationals += 1;
+                    Some(right)
+                });
+                let Some(right) = right else { continue };
+                compared.values += 1;
+                assert_eq!(
+                    exact[number].to_bits(),
+                    right.rounded.to_bits(),
+                    "Exact: value {number} at {place:?} is {right:?}, drawn {:e}: {view:?} {poly:?}",
+                    exact[number]
+                );
+                let part = part_of_bound(number, fast[number], right, most[number]);
+                assert!(
+                    part <= 1.0,
+                    "Fast: value {number} at {place:?} is {right:?}, drawn {:e}, {part} of the \
+                     bound: {view:?} {poly:?}",
+                    fast[number]
+                );
+                compared.worst = compared.worst.max(if number == 1 { 0.0 } else { part });
+            }
+        }
+    }
+    compared
+}
+
+#[test]
+fn precision_of_a_million_pixels() {
+    println!("{:#?}", compare(1_000_000));
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn precision_of_a_hundred_million_pixels() {
+    println!("{:#?}", compare(100_000_000));
+}
