@@ -90,7 +90,8 @@ fn cameras_off_centre_see_their_window() {
 #[test]
 fn cameras_see_from_nearly_zero_to_infinity() {
     let exponent = prop_oneof![0..60_i32, 0..1000_i32];
-    let strategy = (exponent, planes(), -20.0..20.0_f64, 20.0..120.0_f64);
+    // Not so wide that the nearest near plane cuts into the floor.
+    let strategy = (exponent, planes(), -20.0..20.0_f64, 20.0..85.0_f64);
     let pixels = Tally::default();
     let cases = check(file!(), "cameras_near_and_far", 200, &strategy, |(e, planes, side, fov)| {
         let near = f64::from(-e).exp2();

@@ -69,7 +69,7 @@ fn compare_arrays() {
 fn compare_what_the_program_wrote() {
     let folder = Folder::with(&[("t.poly", "-1 -1 .5 1 0\n3 -1 .5 1 1\n-1 3 .5 1 1\n")]);
     folder.good("tile t.poly --size 9x9 -o a.png --aov attr=a.npy --aov id=id.npy");
-    folder.good("tile t.poly --size 9x9 -o b.png --aov attr=b.npy --precision exact --threads 1");
+    folder.good("tile t.poly --size 9x9 -o b.png --aov attr=b.npy --simd scalar --threads 1");
     folder.good("compare a.png b.png");
     folder.good("compare a.npy b.npy");
     folder.good("compare id.npy id.npy --diff same.png");
