@@ -86,11 +86,17 @@ fn paint_spans<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
     for span in spans {
         let y = span.row + corner[1];
         let (start, end) = (span.start + corner[0], span.end + corner[0]);
+        let target_y = y.abs_diff(origin[1]);
         let mut x = start & !(BLOCK_COLUMNS - 1);
-        while x < end {
-            let mut mask = lanes_between(start - x, end - x);
-            walker.seek(x, y);
-            let run = TargetRun { x, y: y.abs_diff(origin[1]), origin_x: origin[0] };
+        walker.seek(x, y);
+        loop {
+            let left = end - x;
+            let mut mask = if x >= start && left >= BLOCK_COLUMNS {
+                u16::MAX
+            } else {
+                lanes_between(start - x, left)
+            };
+            let run = TargetRun { x, y: target_y, origin_x: origin[0] };
             if let Some(buffer) = canvas.depth.as_deref() {
                 let found = lanes.tested(&mut walker, test.source, Some(span), mask);
                 mask &= run.passing(walker.simd, buffer, mask, found, test.compare);
@@ -106,9 +112,11 @@ fn paint_spans<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
                     run.write(buffer, kept, lanes.of(test.source));
                 }
             }
-            // The last block of all columns ends where i32 does.
-            let Some(next) = x.checked_add(BLOCK_COLUMNS) else { break };
-            x = next;
+            if left <= BLOCK_COLUMNS {
+                break;
+            }
+            x += BLOCK_COLUMNS;
+            walker.advance();
         }
     }
     (canvas.shaded, walker.exact_values())
@@ -224,12 +232,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, '_, S, T> {
             walker.evaluate(Quantity::W, span, mask, &mut lanes.w);
         }
         if inputs.attributes > 0 {
-            walker.prepare_attributes(lanes.attributes);
-            for (k, attribute) in lanes.attributes.iter_mut().enumerate() {
-                if !walker.is_constant(k) {
-                    walker.evaluate(Quantity::Attribute(k), span, mask, attribute);
-                }
-            }
+            walker.evaluate_attributes(span, mask, lanes.attributes);
         }
         let Lanes { depth, inv_w, w, attributes } = lanes;
         self.shader.shade(&Block { first, columns, mask, depth, inv_w, w, attributes }, pixels)

@@ -18,7 +18,7 @@ use fearless_simd::{Simd, SimdBase};
 use crate::edge::Span;
 use crate::gradient::frame::{Linear, U};
 use crate::gradient::{ConstantAlong, Field, Gradients, Plain, Quantity, Strict, nearest_f32};
-use crate::lanes::{Narrow, Wide, clamp_lanes, same_bits};
+use crate::lanes::{Narrow, Wide, clamp_lanes, clamp_numbers, same_bits};
 use crate::patch::{COLUMNS, LANE_ROWS, Patch};
 use crate::settle::{SECOND_ORDER, SUM_ERROR, Walked};
 use crate::shade::BLOCK;
@@ -140,16 +140,24 @@ impl<'a, S: Simd> Walker<'a, S, InRow<S>> {
         let [anchor_x, anchor_y] = polygon.gradients.anchor.pixel;
         let (u, v) = (x - anchor_x, y - anchor_y);
         // What was found for another block may hold for this one.
-        let same = match polygon.gradients.constant {
+        let constant = polygon.gradients.constant;
+        self.keep_reciprocals_if(match constant {
             ConstantAlong::Polygon => true,
-            ConstantAlong::Row => polygon.v == v,
-            ConstantAlong::Column => polygon.u == u,
+            ConstantAlong::Row => self.polygon.v == v,
+            ConstantAlong::Column => self.polygon.u == u,
             ConstantAlong::Nothing => false,
-        };
-        self.has_reciprocals &= same;
-        self.strict.found &= same;
-        (polygon.u, polygon.v) = (u, v);
+        });
+        (self.polygon.u, self.polygon.v) = (u, v);
         self.place = InRow { us: Wide::count_from(self.simd, f64::from(u)), v: f64::from(v) };
+    }
+
+    /// Goes 16 columns to the right.
+    #[inline(always)]
+    pub(crate) fn advance(&mut self) {
+        let constant = self.polygon.gradients.constant;
+        self.keep_reciprocals_if(matches!(constant, ConstantAlong::Polygon | ConstantAlong::Row));
+        self.polygon.u += 16;
+        self.place.us = self.place.us + Wide::splat(self.simd, 16.0);
     }
 }
 
@@ -168,13 +176,12 @@ impl<'a, S: Simd> Walker<'a, S, InPatch<S>> {
         let [anchor_x, anchor_y] = polygon.gradients.anchor.pixel;
         let (u, v) = (patch.first[0] - anchor_x, patch.first[1] - anchor_y);
         let same = polygon.gradients.constant == ConstantAlong::Polygon;
-        self.has_reciprocals &= same;
-        self.strict.found &= same;
         (polygon.u, polygon.v, polygon.columns) = (u, v, patch.columns);
         let columns = usize::from(patch.columns);
         let us = Wide::load(simd, &COLUMNS[columns]) + Wide::splat(simd, f64::from(u));
         let vs = Wide::load(simd, &LANE_ROWS[columns]) + Wide::splat(simd, f64::from(v));
         self.place = InPatch { us, vs };
+        self.keep_reciprocals_if(same);
     }
 }
 
@@ -192,18 +199,52 @@ impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
         self.polygon.exact_values
     }
 
-    /// Is attribute `k` the same all over?
     #[inline(always)]
-    pub(crate) fn is_constant(&self, k: usize) -> bool {
-        matches!(self.polygon.gradients.attributes.get(k), Some(Field::Constant(_)))
+    fn keep_reciprocals_if(&mut self, same: bool) {
+        self.has_reciprocals &= same;
+        self.strict.found &= same;
     }
 
-    /// Sets the attributes up for the polygon's first pixel, and fills in those that are
-    /// constant.
+    /// The values of all attributes, as [`evaluate`](Self::evaluate) does. They are set up for
+    /// the polygon's first pixel, and those that are constant filled in.
     #[inline(always)]
-    pub(crate) fn prepare_attributes(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
+    pub(crate) fn evaluate_attributes(
+        &mut self,
+        span: Option<&Span>,
+        mask: u16,
+        lanes: &mut Vec<[f32; BLOCK]>,
+    ) {
         if !self.polygon.gradients.has_attributes {
             self.polygon.set_attributes(self.simd.level(), lanes);
+        }
+        let (simd, place) = (self.simd, self.place);
+        let divides = self.polygon.gradients.divides;
+        let r = if divides { self.reciprocals() } else { self.reciprocals };
+        let mut others = false;
+        for (field, out) in self.polygon.gradients.attributes.iter().zip(lanes.iter_mut()) {
+            match field {
+                Field::Plain(plain) => {
+                    let n = place.linear(simd, plain.numerator).narrow();
+                    let value = if plain.over_w { n * r } else { n };
+                    clamp_numbers(value, plain.range).store_array(out);
+                }
+                Field::Constant(_) => {}
+                Field::Strict(_) | Field::Across(..) => others = true,
+            }
+        }
+        if others {
+            self.evaluate_others(span, mask, lanes);
+        }
+    }
+
+    /// The attributes that are neither plain nor constant.
+    #[inline(always)]
+    fn evaluate_others(&mut self, span: Option<&Span>, mask: u16, lanes: &mut [[f32; BLOCK]]) {
+        for (k, out) in lanes.iter_mut().enumerate() {
+            let field = self.polygon.gradients.attributes.get(k);
+            if matches!(field, Some(Field::Strict(_) | Field::Across(..))) {
+                self.evaluate(Quantity::Attribute(k), span, mask, out);
+            }
         }
     }
 
@@ -238,7 +279,7 @@ impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
         let n = self.place.linear(self.simd, plain.numerator);
         let value = n.narrow();
         let value = if plain.over_w { value * self.reciprocals() } else { value };
-        clamp_lanes(value, plain.range).store_array(out);
+        clamp_numbers(value, plain.range).store_array(out);
         if plain.doubtful_below > 0.0 {
             return !n.abs().below(Wide::splat(self.simd, plain.doubtful_below));
         }

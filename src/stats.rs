@@ -50,6 +50,6 @@ pub struct Stats {
     /// Values for which `f64` could not tell the correctly rounded `f32`, so that exact
     /// arithmetic did.
     pub exact_values: u64,
-    /// The most bytes that the tiler's own buffers held.
+    /// The most bytes that the tiler's own buffers held; they never shrink.
     pub peak_bytes: u64,
 }

@@ -32,6 +32,10 @@ impl Gradients {
             };
             self.attributes.push(field);
         }
+        self.divides = self
+            .attributes
+            .iter()
+            .any(|field| matches!(field, Field::Plain(plain) if plain.over_w));
     }
 
     /// Attribute `k`, which is affine and not constant.

@@ -227,6 +227,8 @@ pub(crate) struct Gradients {
     pub(crate) attributes: Vec<Field>,
     /// The first so many attributes: each of all vertices.
     values: Vec<f32>,
+    /// Is any of them plain and over w?
+    pub(crate) divides: bool,
     /// Have the attributes been set up for this polygon?
     pub(crate) has_attributes: bool,
 }
