@@ -10,6 +10,7 @@
 
 pub(crate) mod frame;
 pub(crate) mod triple;
+mod twofold;
 mod attribute;
 mod view;
 

@@ -3,6 +3,7 @@
 use core::cmp::Ordering;
 
 use super::Attributes;
+use super::twofold::{TWOFOLD_ERROR, Twofold};
 use crate::exact::Dyadic;
 
 /// How far a vertex may be from the plane, relative to the polygon's diameter (the diagonal of
@@ -41,52 +42,99 @@ fn least(positions: &[[f64; 4]], attributes: &dyn Attributes) -> usize {
 }
 
 fn choose_of_many(positions: &[[f64; 4]], attributes: &dyn Attributes) -> [usize; 3] {
-    let n = positions.len();
     let less = |i: &usize, j: &usize| compare_vertices(positions, attributes, *i, *j);
     let a = least(positions, attributes);
     let pa = projective(positions[a]);
-    let exact = |p: [f64; 3]| p.map(Dyadic::from_f64);
-    let greatest = |measure: &dyn Fn(usize) -> (f64, f64), surely: &dyn Fn(usize) -> Dyadic| {
-        (0..n).reduce(|best, i| {
-            let ((m, em), (b, eb)) = (measure(i), measure(best));
-            let order = if (m - b).abs() > em + eb {
-                m.total_cmp(&b)
-            } else {
-                surely(i).compare(&surely(best))
-            };
-            match order.then_with(|| less(&best, &i)) {
-                Ordering::Greater => i,
-                _ => best,
-            }
-        })
-    };
-    let b = greatest(
-        &|i| length_squared(cross(pa, projective(positions[i])), pa, projective(positions[i])),
-        &|i| {
-            let [x, y, w] = exact_cross(&exact(pa), &exact(projective(positions[i])));
-            x.mul(&x).add(&y.mul(&y)).add(&w.mul(&w))
-        },
-    )
-    .unwrap_or(0);
+    let b = greatest(&Measure::Cross(pa), positions, &less);
     let pb = projective(positions[b]);
-    let normal = cross(pa, pb);
-    let normal_bound = 2.0 * U * magnitude(pa) * magnitude(pb) * 4.0;
-    let c = greatest(
-        &|i| {
-            let p = projective(positions[i]);
-            let det = normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2];
-            let bound = (normal_bound + 4.0 * U * magnitude(normal)) * magnitude(p) * 3.0 + TINY;
-            (det.abs(), bound)
-        },
-        &|i| {
-            let p = exact(projective(positions[i]));
-            let [x, y, w] = exact_cross(&exact(pa), &exact(pb));
-            let det = x.mul(&p[0]).add(&y.mul(&p[1])).add(&w.mul(&p[2]));
-            if det.sign() == Ordering::Less { det.neg() } else { det }
-        },
-    )
-    .unwrap_or(0);
+    let c = greatest(&Measure::Determinant(pa, pb), positions, &less);
     [a, b, c]
+}
+
+/// What a vertex p of the triple is chosen for.
+enum Measure {
+    /// |a x p|^2
+    Cross([f64; 3]),
+    /// |det(a, b, p)|
+    Determinant([f64; 3], [f64; 3]),
+}
+
+impl Measure {
+    /// In `f64`, and a bound of its error.
+    fn nearly(&self, p: [f64; 3]) -> (f64, f64) {
+        match *self {
+            Self::Cross(a) => length_squared(cross(a, p), a, p),
+            Self::Determinant(a, b) => {
+                let normal = cross(a, b);
+                let det = normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2];
+                let normal_bound = 2.0 * U * magnitude(a) * magnitude(b) * 4.0;
+                let bound = (normal_bound + 4.0 * U * magnitude(normal)) * magnitude(p) * 3.0;
+                (det.abs(), bound + TINY)
+            }
+        }
+    }
+
+    /// In twice the precision, and a bound of its error.
+    fn nearer(&self, p: [f64; 3]) -> (Twofold, f64) {
+        match *self {
+            Self::Cross(a) => {
+                let v = Twofold::cross(a, p);
+                let scale = magnitude(a) * magnitude(p);
+                (Twofold::dot(v, v), 16.0 * TWOFOLD_ERROR * scale * scale + TINY)
+            }
+            Self::Determinant(a, b) => {
+                let det = Twofold::dot(Twofold::cross(a, b), p.map(Twofold::from_f64));
+                let scale = magnitude(a) * magnitude(b) * magnitude(p);
+                (det.abs(), 16.0 * TWOFOLD_ERROR * scale + TINY)
+            }
+        }
+    }
+
+    fn exactly(&self, p: [f64; 3]) -> Dyadic {
+        let exact = |p: [f64; 3]| p.map(Dyadic::from_f64);
+        match *self {
+            Self::Cross(a) => {
+                let [x, y, w] = exact_cross(&exact(a), &exact(p));
+                x.mul(&x).add(&y.mul(&y)).add(&w.mul(&w))
+            }
+            Self::Determinant(a, b) => {
+                let [x, y, w] = exact_cross(&exact(a), &exact(b));
+                let p = exact(p);
+                let det = x.mul(&p[0]).add(&y.mul(&p[1])).add(&w.mul(&p[2]));
+                if det.sign() == Ordering::Less { det.neg() } else { det }
+            }
+        }
+    }
+
+    fn compare(&self, p: [f64; 3], q: [f64; 3]) -> Ordering {
+        let ((mp, ep), (mq, eq)) = (self.nearly(p), self.nearly(q));
+        if (mp - mq).abs() > ep + eq {
+            return mp.total_cmp(&mq);
+        }
+        // Of a parallelogram, two are as far: rounding alone tells them apart.
+        let ((mp, ep), (mq, eq)) = (self.nearer(p), self.nearer(q));
+        let difference = mp.minus(mq);
+        if difference.abs() > 2.0 * (ep + eq) {
+            return difference.total_cmp(&0.0);
+        }
+        self.exactly(p).compare(&self.exactly(q))
+    }
+}
+
+/// The vertex of the greatest `measure`; of several, the least.
+fn greatest(
+    measure: &Measure,
+    positions: &[[f64; 4]],
+    less: &dyn Fn(&usize, &usize) -> Ordering,
+) -> usize {
+    let mut best = 0;
+    for i in 1..positions.len() {
+        let order = measure.compare(projective(positions[i]), projective(positions[best]));
+        if order.then_with(|| less(&best, &i)) == Ordering::Greater {
+            best = i;
+        }
+    }
+    best
 }
 
 /// (x, y, w) of a position.
