@@ -86,8 +86,10 @@ fn reciprocal<S: Simd>(simd: S, q: Narrow<S>) -> Narrow<S> {
 #[derive(Clone, Copy, Debug)]
 struct StrictReciprocals<S: Simd> {
     r: Wide<S>,
-    /// The relative error of each.
-    relative_error: Wide<S>,
+    /// What an error in D is worth, and one in the quotient: both with room for what first order
+    /// leaves out.
+    by_numerator: Wide<S>,
+    by_quotient: Wide<S>,
     /// Lanes at which 1/w is surely positive, and the error small.
     certain: u16,
     /// Are they this block's?
@@ -98,7 +100,7 @@ impl<S: Simd> StrictReciprocals<S> {
     #[inline(always)]
     fn none(simd: S) -> Self {
         let zero = Wide::splat(simd, 0.0);
-        Self { r: zero, relative_error: zero, certain: 0, found: false }
+        Self { r: zero, by_numerator: zero, by_quotient: zero, certain: 0, found: false }
     }
 
     #[inline(always)]
@@ -107,11 +109,14 @@ impl<S: Simd> StrictReciprocals<S> {
             return;
         }
         let r = place.linear(simd, gradients.q).reciprocal(simd);
+        let by_numerator = r.abs() * Wide::splat(simd, SECOND_ORDER);
         let relative_error = Wide::splat(simd, gradients.q_error) * r.abs();
         let positive = Wide::splat(simd, 0.0).below(r * Wide::splat(simd, gradients.q_sign));
         // Neither holds for what is no number.
         let certain = positive & relative_error.below(Wide::splat(simd, CERTAIN));
-        *self = Self { r, relative_error, certain, found: true };
+        let by_quotient = relative_error * Wide::splat(simd, SECOND_ORDER)
+            + Wide::splat(simd, QUOTIENT_ERROR * SECOND_ORDER + SUM_ERROR);
+        *self = Self { r, by_numerator, by_quotient, certain, found: true };
     }
 }
 
@@ -346,39 +351,24 @@ fn evaluate_strict<S: Simd>(
     gradients: &Gradients,
     out: &mut [f32; BLOCK],
 ) -> u16 {
-    let r = reciprocals.r;
-    let (r, error, relative) = if strict.over_w {
-        (r, Wide::splat(simd, strict.error) * r.abs(), reciprocals.relative_error)
+    let (r, error, by_quotient) = if strict.over_w {
+        let error = Wide::splat(simd, strict.error) * reciprocals.by_numerator;
+        (reciprocals.r, error, reciprocals.by_quotient)
     } else {
-        (
-            Wide::splat(simd, strict.scale),
-            Wide::splat(simd, strict.error),
-            Wide::splat(simd, gradients.det_relative_error),
-        )
+        let relative = gradients.det_relative_error + QUOTIENT_ERROR;
+        let by_quotient = relative * SECOND_ORDER + SUM_ERROR;
+        let error = Wide::splat(simd, strict.error * SECOND_ORDER);
+        (Wide::splat(simd, strict.scale), error, Wide::splat(simd, by_quotient))
     };
     let t = d * r;
     let value = t + Wide::splat(simd, strict.base);
-    let error = error + t.abs() * (relative + Wide::splat(simd, QUOTIENT_ERROR));
-    round_surely(simd, value, error, strict.range, out) & reciprocals.certain
-}
-
-/// Rounds `value` to `f32`, and tells at which lanes any number within `error` of it rounds to
-/// the same, once clamped to `range`.
-#[inline(always)]
-fn round_surely<S: Simd>(
-    simd: S,
-    value: Wide<S>,
-    error: Wide<S>,
-    range: [f32; 2],
-    out: &mut [f32; BLOCK],
-) -> u16 {
-    // The bound is of first order, and the sums below round too.
-    let error =
-        error * Wide::splat(simd, SECOND_ORDER) + value.abs() * Wide::splat(simd, SUM_ERROR);
-    // An exact zero is +0: the last addition turns the sign of a negative one.
-    let zero = Wide::splat(simd, 0.0);
-    let low = clamp_lanes((value - error + zero).narrow(), range);
-    let high = clamp_lanes((value + error + zero).narrow(), range);
+    // The last sum's part goes by |t| + |base|, which is no less than |value|.
+    let error = error + t.abs() * by_quotient + Wide::splat(simd, strict.base.abs() * SUM_ERROR);
+    // No zero here is negative: base is none.
+    let low = clamp_lanes((value - error).narrow(), strict.range);
+    let high = clamp_lanes((value + error).narrow(), strict.range);
     low.store_array(out);
-    same_bits(low, high) & error.below(Wide::splat(simd, f64::INFINITY))
+    // Where the bound is no number, so is all that comes of it.
+    let bounded = if strict.error < f64::INFINITY { u16::MAX } else { 0 };
+    same_bits(low, high) & reciprocals.certain & bounded
 }

@@ -125,7 +125,8 @@ impl Gradients {
     ) -> Strict {
         let scale = if over_w { 1.0 } else { 1.0 / self.det };
         let error = combined.error * scale.abs();
-        Strict { numerator: combined.linear, base, scale, error, over_w, range }
+        // No negative zero: so that no sum with it is one.
+        Strict { numerator: combined.linear, base: base + 0.0, scale, error, over_w, range }
     }
 
     /// Attribute `k` of all vertices.

@@ -67,6 +67,7 @@ pub(crate) struct Plain {
 pub(crate) struct Strict {
     /// D.
     pub(crate) numerator: Linear,
+    /// No negative zero.
     pub(crate) base: f64,
     /// 1/det where 1/Q does not change from pixel to pixel, else 1.
     pub(crate) scale: f64,
