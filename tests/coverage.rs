@@ -156,7 +156,7 @@ fn near_misses() -> impl Strategy<Value = (Poly, [i32; 2])> {
     let pixel = [0..64_i32, 0..64_i32];
     let third = [-30_000.0..30_000.0, -30_000.0..30_000.0_f64];
     (delta, -2..=2_i64, pixel, third).prop_map(|((ex, ey, dx, dy), off, pixel, third)| {
-        let [dx, mut dy] = [(dx, ex), (dy, ey)].map(|(c, e)| (c * f64::from(e).exp2()) as i64);
+        let [dx, mut dy] = [(dx, ex), (dy, ey)].map(|(c, e)| (c * f64::from(e).exp2()) as i64 | 1);
         while inverse(dx, dy).is_none() {
             dy += 1;
         }
