@@ -75,12 +75,12 @@ pub(crate) fn look(
     if x0 >= x1 || y0 >= y1 {
         return Look::Nothing;
     }
-    let bounds = PixelRect {
-        x0: x0.wrapping_add(corner[0]),
-        y0: y0.wrapping_add(corner[1]),
-        x1: x1.wrapping_add(corner[0]),
-        y1: y1.wrapping_add(corner[1]),
+    let [corner_x, corner_y] = corner;
+    // The viewport may lie at the end of all columns or rows.
+    let (Some(end_x), Some(end_y)) = (x1.checked_add(corner_x), y1.checked_add(corner_y)) else {
+        return Look::Elsewhere;
     };
+    let bounds = PixelRect { x0: x0 + corner_x, y0: y0 + corner_y, x1: end_x, y1: end_y };
     let Some(patches) = Patches::of(bounds) else { return Look::Elsewhere };
     found.patches = patches;
     let (x, y) = (Subpixel::centre_bits(x0), Subpixel::centre_bits(y0));
