@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 
 use fearless_simd::{Simd as Level, SimdBase, SimdMask, dispatch, f64x4};
 
-use crate::fixed::{Subpixel, power_of_two};
+use crate::fixed::Subpixel;
 use crate::simd::Simd;
 use crate::space::{DepthRange, Viewport};
 
@@ -18,7 +18,7 @@ use crate::space::{DepthRange, Viewport};
 pub(crate) struct PlacedVertex {
     /// From the viewport's corner, with 16 fraction bits; anything if it is not within.
     pub(crate) bits: [i32; 2],
-    /// Is it within the view volume, and w neither huge nor tiny?
+    /// Is it within the view volume?
     pub(crate) within: bool,
 }
 
@@ -77,9 +77,6 @@ pub(crate) struct Constants {
 /// The sum with it has no room for a fraction, and its low bits are the nearest whole number.
 const WHOLE: f64 = 6_755_399_441_055_744.0;
 
-/// The exponents of w between which no product of a few numbers leaves the range of `f64`.
-const MODERATE: i32 = 60;
-
 impl Constants {
     pub(crate) fn new(viewport: Viewport) -> Self {
         let ([half_w, half_h], [centre_x, centre_y]) = (viewport.half_size(), viewport.centre());
@@ -108,8 +105,7 @@ impl Constants {
         let (p, ws) = (f64x4::load_array_ref(simd, position), f64x4::splat(simd, w));
         // What is no number is not within.
         let inside = p.simd_ge(f64x4::load_array_ref(simd, &self.lowest) * ws) & p.simd_le(ws);
-        let moderate = w >= power_of_two(-MODERATE) && w <= power_of_two(MODERATE);
-        let within = inside.to_bitmask() == 0b1111 && moderate;
+        let within = inside.to_bitmask() == 0b1111 && w > 0.0;
         let framebuffer = p / ws * f64x4::load_array_ref(simd, &self.half)
             + f64x4::load_array_ref(simd, &self.centre);
         // Within the view volume nothing is beyond the grid's reach.

@@ -160,3 +160,35 @@ fn lists_with_too_few_places_are_drawn() {
     assert_eq!(with, without);
     assert!(with.contains(&1));
 }
+
+/// Places that are not those of the positions: anything may be drawn, but only in the target, and
+/// nothing panics.
+#[test]
+fn lists_with_wrong_places_do_no_harm() {
+    let right = [[-0.5, -0.5, 0.5, 1.0], [0.5, -0.5, 0.5, 1.0], [0.0, 0.6, 0.5, 1.0]];
+    let viewport = Viewport::new(0, 0, 8, 8).expect("small");
+    let mut placed = Placed::new(viewport);
+    placed.set(&right, Simd::auto());
+    let numbers = [0.0, -0.0, 1.0, -1.0, 1e300, 5e-324, f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+    for precision in [Precision::Fast, Precision::Exact] {
+        for (i, number) in numbers.iter().enumerate() {
+            for k in 0..12 {
+                let mut wrong = right;
+                wrong.as_flattened_mut()[k] = *number;
+                wrong.as_flattened_mut()[(k + i) % 12] = *number;
+                let vertices = Strided::new(&wrong, &[0.0, 1.0, 2.0], 1, 1).expect("one each");
+                let polygon = Indexed::new(&vertices, &[0, 1, 2]).expect("three");
+                let (mut pixels, mut depths) = ([0.0_f32; 64], [1.0_f32; 64]);
+                let mut plane = Plane::new(&mut pixels, 8, 8).expect("64");
+                let mut depth = Plane::new(&mut depths, 8, 8).expect("64");
+                let mut shader = |f: &Fragment<'_>| f.attribute(0) + f.w() + f.inv_w();
+                Tiler::new(viewport).set_precision(precision).draw_all(
+                    [polygon.with_placed(&placed)],
+                    &mut shader,
+                    &mut plane,
+                    Some(&mut depth),
+                );
+            }
+        }
+    }
+}

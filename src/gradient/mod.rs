@@ -141,7 +141,7 @@ pub(crate) struct Subject<'a> {
     /// The positions as given, times 2^-`exponent`.
     pub(crate) positions: &'a [[f64; 4]],
     pub(crate) exponent: i32,
-    /// Is it a triangle within the view volume, small, and moderate in w?
+    /// Is it a triangle within the view volume, and small?
     pub(crate) in_view: bool,
     /// The clipped polygon's vertices in the framebuffer, if it has more than three.
     pub(crate) screen: &'a [ScreenVertex],
@@ -368,22 +368,19 @@ impl Gradients {
         let [w_low, w_high] = subject.clipped_w.map(|w| w * scale);
         if wanted.w {
             let range = [w_low, w_high].map(nearest_f32);
-            // det/Q: a numerator that does not change.
-            let numerator = Linear { x: 0.0, y: 0.0, c: self.w_scale };
-            self.w = Some(if !flat {
-                Field::Across(Carried::W, range)
-            } else if self.strict || !fits(w_high) {
-                let error = self.w_scale.abs() * self.det_relative_error;
+            // det/Q: a numerator that does not change. Always strict: what is plain in `f32` at
+            // one power of two need not be at another.
+            self.w = Some(if flat {
                 Field::Strict(Strict {
-                    numerator,
+                    numerator: Linear { x: 0.0, y: 0.0, c: self.w_scale },
                     base: 0.0,
                     scale: 1.0,
-                    error,
+                    error: self.w_scale.abs() * self.det_relative_error,
                     over_w: true,
                     range,
                 })
             } else {
-                Field::plain(numerator.scaled(self.unit), true, range)
+                Field::Across(Carried::W, range)
             });
         }
         if wanted.inv_w {

@@ -7,6 +7,7 @@
 
 use super::frame::{Linear, Plane, U};
 use super::{Field, Gradients, Plain, Subject, TRUSTED, WITHIN_ULP};
+use crate::fixed::power_of_two;
 use crate::varying::Interpolation;
 
 /// Times W^3 D S, over det: the error of an attribute, by its magnitude, is below a half of this.
@@ -20,6 +21,9 @@ const PLANE_ERROR: f64 = 200.0 * U;
 
 /// Times W^2 D S: depth's error by the greatest z, and by the differences of z.
 const DEPTH_ERRORS: [f64; 2] = [500.0 * U, 250.0 * U];
+
+/// Beyond this, 1/w might leave the range of `f64`.
+const LARGEST_EXPONENT: i32 = 900;
 
 /// The greatest ratio of w for which Q fits into `f32`.
 const RATIO: f64 = super::FITS;
@@ -47,13 +51,14 @@ impl Gradients {
         let beyond = (plane.q.x.abs() + plane.q.y.abs()) * subject.viewport.grid().snap_reach();
         let good = ATTRIBUTE_ERROR * square * w_high <= TRUSTED * det
             && beyond <= least_q / 2.0
+            && subject.exponent.abs() <= LARGEST_EXPONENT
             && w_high <= w_low * RATIO;
         if !good {
             return false;
         }
         self.q_error = PLANE_ERROR * square;
         self.det_relative_error = PLANE_ERROR * square * w_high / det;
-        self.w_scale = plane.det;
+        self.w_scale = plane.det * power_of_two(subject.exponent);
         self.strict = false;
         self.take_trusted_plane(plane.q, plane.det, least_q);
         self.frame.plane = plane;

@@ -23,7 +23,7 @@ use crate::varying::Interpolation;
 
 mod scan;
 
-use scan::{Scanned, take_in};
+use scan::{Scanned, take_in, take_in_view};
 
 /// Which polygons are left out for the way they face. Front faces are counter-clockwise with
 /// y up; a snapped area of 0 faces back.
@@ -322,14 +322,20 @@ impl Tiler {
         S: Shader,
         T: Target<Pixel = S::Pixel>,
     {
+        let triangle: [[f64; 4]; 3];
         let Scratch { given, screen, spans, gradients, attributes, .. } = &mut self.scratch;
         let (in_view, positions, exponent, covered, found) = match seen {
             Seen::Scanned(scanned, exponent) => {
                 (false, given.as_slice(), exponent, Covered::Spans(spans), scanned)
             }
-            Seen::Small(found, triangle) => {
-                let scanned = Scanned::of(found, triangle);
-                (true, triangle.as_slice(), 0, Covered::Patches(&found.patches), scanned)
+            Seen::Small(found, given) => {
+                // They may not be what was placed.
+                let Some((positions, exponent)) = take_in_view(given) else {
+                    return Outcome::Refused;
+                };
+                triangle = positions;
+                let scanned = Scanned::of(found, &triangle);
+                (true, triangle.as_slice(), exponent, Covered::Patches(&found.patches), scanned)
             }
         };
 

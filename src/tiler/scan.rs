@@ -106,16 +106,37 @@ pub(super) fn take_in<V: Polygon + ?Sized>(
         return Err(Outcome::Refused);
     }
     let Some(exponent) = exponent_of(largest) else { return Err(Outcome::Degenerate) };
+    Ok(moderate(given, exponent))
+}
+
+/// Positions of a small triangle, as [`take_in`] leaves them, and the negated exponent. Nothing
+/// if they are none that could have been placed within the view.
+#[inline(always)]
+pub(super) fn take_in_view([a, b, c]: &[[f64; 4]; 3]) -> Option<([[f64; 4]; 3], i32)> {
+    let mut triangle = [*a, *b, *c];
+    let sums = [0, 1, 2, 3].map(|k| a[k] + b[k] + c[k]);
+    // What is no number makes no number of this.
+    let finite = (sums[0] + sums[1] + sums[2] + sums[3]) * 0.0 == 0.0;
+    let largest = if a[3] > b[3] { a[3] } else { b[3] };
+    let largest = if largest > c[3] { largest } else { c[3] };
+    let exponent = exponent_of(largest).filter(|_| finite)?;
+    let exponent = moderate(&mut triangle, exponent);
+    Some((triangle, exponent))
+}
+
+/// Multiplies `positions` by 2^-`exponent`, if that is much, and returns the exponent, else 0.
+#[inline(always)]
+fn moderate(positions: &mut [[f64; 4]], exponent: i32) -> i32 {
     if exponent.abs() <= MODERATE {
-        return Ok(0);
+        return 0;
     }
     // In two steps: the power alone may lie outside the range.
     let half = exponent / 2;
     let (first, second) = (power_of_two(-half), power_of_two(half - exponent));
-    for component in given.as_flattened_mut() {
+    for component in positions.as_flattened_mut() {
         *component = *component * first * second;
     }
-    Ok(exponent)
+    exponent
 }
 
 /// What the stages up to the spans found of a polygon.
