@@ -109,6 +109,25 @@ impl Corners<'_> {
         }
     }
 
+    /// Of the edges that coincide with `edge` on the grid and go the same way, the least by the
+    /// position and the attributes of its vertices.
+    pub(crate) fn least_like(&self, edge: [u32; 2]) -> [u32; 2] {
+        let n = self.screen.len();
+        let next = |i: usize| if i + 1 == n { 0 } else { i + 1 };
+        let down = next(edge[0] as usize) == edge[1] as usize;
+        let snapped = |edge: [u32; 2]| edge.map(|i| self.screen[i as usize].snapped);
+        let from = (0_u32..).zip(0..n).map(|(i, at)| {
+            let to = u32::try_from(next(at)).unwrap_or(u32::MAX);
+            if down { [i, to] } else { [to, i] }
+        });
+        let numbers = |i: u32| self.screen[i as usize].vertex as usize;
+        let order = |a: &[u32; 2], b: &[u32; 2]| {
+            let compare = |k: usize| self.arrays.compare(numbers(a[k]), numbers(b[k]));
+            compare(0).then_with(|| compare(1))
+        };
+        from.filter(|other| snapped(*other) == snapped(edge)).min_by(order).unwrap_or(edge)
+    }
+
     /// The two ends of `span`, whose row has its centre at framebuffer `centre_y`.
     pub(crate) fn row(&self, carried: Carried, span: &Span, centre_y: f64) -> Row {
         let [left, right] = [span.left, span.right].map(|edge| self.end(carried, edge, centre_y));

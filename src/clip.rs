@@ -16,6 +16,7 @@
 //! far outside on both sides would cancel, the vertex is put onto the plane.
 
 use alloc::vec::Vec;
+use core::cmp::Ordering;
 
 use crate::fixed::{Subpixel, exponent_of, power_of_two};
 use crate::space::{DepthRange, Viewport};
@@ -90,6 +91,19 @@ impl VertexArrays {
     #[inline]
     pub fn attributes(&self, i: usize) -> &[f64] {
         &self.numbers[i * self.stride + 4..(i + 1) * self.stride]
+    }
+
+    /// The order of vertices `i` and `j`, by position (zeros of either sign are the same), then by
+    /// attributes.
+    pub(crate) fn compare(&self, i: usize, j: usize) -> Ordering {
+        let order = self.position(i).partial_cmp(&self.position(j));
+        order.unwrap_or(Ordering::Equal).then_with(|| {
+            let pairs = self.attributes(i).iter().zip(self.attributes(j));
+            pairs
+                .map(|(a, b)| a.total_cmp(b))
+                .find(|order| order.is_ne())
+                .unwrap_or(Ordering::Equal)
+        })
     }
 
     /// All numbers of vertex `i`.

@@ -5,7 +5,6 @@
 
 use alloc::vec::Vec;
 
-use core::cmp::Ordering;
 use fearless_simd::{Level, dispatch};
 
 use crate::across::{Carried, Corners};
@@ -33,6 +32,9 @@ pub(crate) struct Walked<'a> {
     pub(crate) exact_values: u64,
     /// The clipped polygon with all its attributes, made when first needed.
     corners: Option<(VertexArrays, Vec<ScreenVertex>)>,
+    /// An edge on the left and one on the right, as the outline names them, and by which they
+    /// are carried.
+    carriers: [([u32; 2], [u32; 2]); 2],
     /// Offset of the block's first lane from the anchor.
     pub(crate) u: i32,
     pub(crate) v: i32,
@@ -52,6 +54,7 @@ impl<'a> Walked<'a> {
             clipper,
             exact_values: 0,
             corners: None,
+            carriers: [([0; 2], [0; 2]); 2],
             u: 0,
             v: 0,
             columns: 16,
@@ -102,7 +105,8 @@ impl<'a> Walked<'a> {
         let Some(span) = span else { return 0 };
         let [x, y] = self.centre([self.u, self.v]);
         let scale = power_of_two(self.subject.exponent);
-        let row = self.corners().row(carried, span, y);
+        let span = self.carried_by(span);
+        let row = self.corners().row(carried, &span, y);
         let (mut value, mut error) = ([0.0; BLOCK], [0.0; BLOCK]);
         for (lane, offset) in (0_i32..).enumerate().take(BLOCK) {
             (value[lane], error[lane]) = row.at(x + f64::from(offset));
@@ -140,8 +144,9 @@ impl<'a> Walked<'a> {
             Some(Field::Constant(value)) => value,
             Some(Field::Across(carried, range)) => {
                 let Some(span) = span else { return CANONICAL_NAN };
+                let span = self.carried_by(span);
                 let (centre, exponent) = (self.centre(pixel), self.subject.exponent);
-                clamp(self.corners().exact_value(carried, span, centre, exponent), range)
+                clamp(self.corners().exact_value(carried, &span, centre, exponent), range)
             }
             Some(Field::Plain(Plain { range, .. }) | Field::Strict(Strict { range, .. })) => {
                 let value = self.gradients.exact_value(self.subject, quantity, pixel);
@@ -174,8 +179,21 @@ impl<'a> Walked<'a> {
         Corners { arrays, screen }
     }
 
+    /// `span` between the edges that carry values: of those that coincide on the grid and go the
+    /// same way, the least by position and attributes. Which of them the outline found depends on
+    /// where the list of vertices begins.
+    fn carried_by(&mut self, span: &Span) -> Span {
+        for (k, edge) in [span.left, span.right].into_iter().enumerate() {
+            if self.carriers[k].0 != edge {
+                self.carriers[k] = (edge, self.corners().least_like(edge));
+            }
+        }
+        let [(_, left), (_, right)] = self.carriers;
+        Span { left, right, ..*span }
+    }
+
     /// The value at the clipped vertex nearest to the pixel's centre; of two, at the least by
-    /// position.
+    /// position and attributes.
     fn nearest_corner(&mut self, quantity: Quantity, pixel: [i32; 2]) -> f32 {
         let (centre, subject) = (self.centre(pixel), self.subject);
         let Corners { arrays, screen } = self.corners();
@@ -184,10 +202,9 @@ impl<'a> Walked<'a> {
             x * x + y * y
         };
         let order = |a: &&ScreenVertex, b: &&ScreenVertex| {
-            let position = |v: &ScreenVertex| arrays.position(v.vertex as usize);
             distance(a)
                 .total_cmp(&distance(b))
-                .then_with(|| position(a).partial_cmp(&position(b)).unwrap_or(Ordering::Equal))
+                .then_with(|| arrays.compare(a.vertex as usize, b.vertex as usize))
         };
         let Some(nearest) = screen.iter().min_by(order) else { return 0.0 };
         let i = nearest.vertex as usize;

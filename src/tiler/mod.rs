@@ -53,8 +53,8 @@ impl Cull {
 /// How good attributes are; see docs/precision.md.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Precision {
-    /// Within 4u |value| + 3u M of the right value. Until it has a path of its own, this is
-    /// [`Exact`](Self::Exact).
+    /// Within 4u |value| + 3u M of the right value, where u is 2^-24 and M the attribute's largest
+    /// magnitude at the vertices; depth within an ulp.
     #[default]
     Fast,
     /// Correctly rounded: at most half an ulp off.
