@@ -30,6 +30,9 @@
 //!                                                  or across
 //! ```
 //!
+//! A triangle of a few pixels within the view goes from its vertices' places on the grid straight
+//! to pixels ([`placed`], `patch`, `triangle`), and gets the same bits.
+//!
 //! A module uses only what is listed above it here. [`clip`], [`divide`](mod@divide) and
 //! [`edge`] can be used alone; [`Tiler`] drives them all.
 //!

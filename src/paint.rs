@@ -14,7 +14,7 @@ use crate::lanes::{Narrow, low_bits};
 use crate::patch::{Patch, Patches};
 use crate::settle::Walked;
 use crate::shade::{BLOCK, Block, Shader};
-use crate::span::{Place, Walker};
+use crate::span::{InPatch, InRow, Place, Walker};
 use crate::target::{DepthBuffer, Target, copy_run};
 
 /// Columns of a block.
@@ -57,7 +57,9 @@ pub(crate) fn paint<S: Shader, T: Target<Pixel = S::Pixel>>(
     let canvas = Canvas { place, shader, target, depth, shaded: 0 };
     let lanes = Lanes { depth: [0.0; BLOCK], inv_w: [0.0; BLOCK], w: [0.0; BLOCK], attributes };
     dispatch!(level, simd => match covered {
-        Covered::Spans(spans) => paint_spans(Walker::along_spans(simd, walked), spans, lanes, canvas),
+        Covered::Spans(spans) => {
+            paint_spans(Walker::along_spans(simd, walked), spans, lanes, canvas)
+        }
         Covered::Patches(patches) => {
             paint_patches(Walker::over_patches(simd, walked), patches, lanes, canvas)
         }
@@ -77,7 +79,7 @@ struct Canvas<'a, 'd, S, T> {
 /// Walks `spans`, 16 columns at a time: depth, then attributes, then the shader.
 #[inline(always)]
 fn paint_spans<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
-    mut walker: Walker<'_, L, crate::span::InRow<L>>,
+    mut walker: Walker<'_, L, InRow<L>>,
     spans: &[Span],
     mut lanes: Lanes<'_>,
     mut canvas: Canvas<'_, '_, S, T>,
@@ -125,7 +127,7 @@ fn paint_spans<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
 /// The same, patch by patch.
 #[inline(always)]
 fn paint_patches<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
-    mut walker: Walker<'_, L, crate::span::InPatch<L>>,
+    mut walker: Walker<'_, L, InPatch<L>>,
     patches: &Patches,
     mut lanes: Lanes<'_>,
     mut canvas: Canvas<'_, '_, S, T>,
