@@ -18,11 +18,6 @@ pub trait Target {
     /// Stores `run` at columns `x ..` of row `y`: at least one pixel, 16 at most, all within
     /// `size()`. No other pixel may be touched.
     fn write(&mut self, x: u32, y: u32, run: &[Self::Pixel]);
-
-    /// Says that (`x`, `y`), within `size()`, is going to be written soon: a chance to have the
-    /// memory fetched. Does nothing unless implemented.
-    #[inline(always)]
-    fn touch(&self, _x: u32, _y: u32) {}
 }
 
 /// Rows of pixels, borrowed from the caller: a picture, depth, ids. Row `r` begins at element
@@ -140,11 +135,6 @@ impl<P: Copy + Default> Target for Plane<'_, P> {
         let to = &mut self.row_mut(y)[x..x + run.len()];
         copy_run(run, to);
     }
-
-    #[inline(always)]
-    fn touch(&self, x: u32, y: u32) {
-        core::hint::black_box(self.row(y)[x as usize]);
-    }
 }
 
 /// Copies 1 to 16 pixels; both slices are as long.
@@ -192,11 +182,6 @@ impl<T: Target + ?Sized> Target for &mut T {
     fn write(&mut self, x: u32, y: u32, run: &[T::Pixel]) {
         (**self).write(x, y, run);
     }
-
-    #[inline(always)]
-    fn touch(&self, x: u32, y: u32) {
-        (**self).touch(x, y);
-    }
 }
 
 macro_rules! tuple_target {
@@ -219,11 +204,6 @@ macro_rules! tuple_target {
                     }
                     self.$i.write(x, y, &part[..run.len()]);
                 )+
-            }
-
-            #[inline(always)]
-            fn touch(&self, x: u32, y: u32) {
-                $( self.$i.touch(x, y); )+
             }
         }
     };

@@ -212,8 +212,7 @@ impl Tiler {
         outcome
     }
 
-    /// Draws `polygons`, one after the other: the same as [`draw`](Self::draw) for each, but
-    /// that small ones cost less. While some are drawn, memory fetches what the next ones need.
+    /// Draws `polygons`, one after the other, with the same shader: [`draw`](Self::draw) for each.
     pub fn draw_all<V, S, T>(
         &mut self,
         polygons: impl IntoIterator<Item = V>,
@@ -225,44 +224,8 @@ impl Tiler {
         S: Shader,
         T: Target<Pixel = S::Pixel>,
     {
-        let window = window(self.viewport, self.origin, target.size(), depth.as_deref());
-        let mut polygons = polygons.into_iter();
-        let mut waiting: [Option<(V, [[f64; 4]; 3])>; AHEAD] = [const { None }; AHEAD];
-        let mut found = [InView::default(); AHEAD];
-        let mut more = true;
-        while more {
-            let (mut count, mut other) = (0, None);
-            while count < AHEAD && other.is_none() {
-                let Some(polygon) = polygons.next() else {
-                    more = false;
-                    break;
-                };
-                match self.sight(&polygon, window, &mut found[count]) {
-                    Sight::Pixels => {
-                        let bounds = found[count].bounds.intersect(window);
-                        touch_pixels(bounds, self.origin, target, depth.as_deref());
-                        touch_attributes(&polygon);
-                        let triangle = positions_of(&polygon);
-                        waiting[count] = Some((polygon, triangle));
-                        count += 1;
-                    }
-                    Sight::Elsewhere => other = Some(polygon),
-                    Sight::Left(outcome) => self.count(outcome),
-                }
-            }
-            for (polygon, found) in waiting.iter_mut().zip(&found).take(count) {
-                if let Some((polygon, triangle)) = polygon.take() {
-                    let depth = depth.as_deref_mut();
-                    let seen = Seen::Small(found, &triangle);
-                    let outcome = self.fill(&polygon, seen, shader, target, depth);
-                    self.count(outcome);
-                }
-            }
-            if let Some(polygon) = other {
-                let depth = depth.as_deref_mut();
-                let outcome = self.draw_any(&polygon, window, shader, target, depth);
-                self.count(outcome);
-            }
+        for polygon in polygons {
+            self.draw(&polygon, shader, target, depth.as_deref_mut());
         }
     }
 
@@ -453,9 +416,6 @@ fn set_gradients(level: Level, gradients: &mut Gradients, subject: &Subject<'_>)
     dispatch!(level, _simd => gradients.set(subject));
 }
 
-/// How many small triangles are looked for before the first of them is drawn.
-const AHEAD: usize = 16;
-
 /// Where a polygon is found.
 enum Sight {
     /// By its spans, if at all.
@@ -488,37 +448,6 @@ impl Scanned {
 #[inline(always)]
 fn positions_of<V: Polygon + ?Sized>(triangle: &V) -> [[f64; 4]; 3] {
     [triangle.position(0), triangle.position(1), triangle.position(2)]
-}
-
-/// Reads an attribute of each vertex, so that memory fetches them.
-#[inline(always)]
-fn touch_attributes<V: Polygon>(triangle: &V) {
-    if triangle.attribute_count() > 0 {
-        let [a, b, c] = [0, 1, 2];
-        let first = [triangle.attribute(a, 0), triangle.attribute(b, 0), triangle.attribute(c, 0)];
-        core::hint::black_box(first);
-    }
-}
-
-/// Reads what is going to be tested and written in `bounds`, so that memory fetches it.
-#[inline(always)]
-fn touch_pixels<T: Target>(
-    bounds: PixelRect,
-    origin: [i32; 2],
-    target: &T,
-    depth: Option<&DepthBuffer<'_>>,
-) {
-    let x = bounds.x0.abs_diff(origin[0]);
-    let mut sum = 0;
-    for y in bounds.y0..bounds.y1 {
-        let y = y.abs_diff(origin[1]);
-        if let Some(depth) = depth {
-            sum ^= depth.row(y)[x as usize].to_bits();
-        }
-        target.touch(x, y);
-    }
-    // Nobody wants the sum: but what nobody wants is not read.
-    core::hint::black_box(sum);
 }
 
 /// The pixels of the framebuffer that can be drawn.
