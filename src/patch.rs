@@ -96,6 +96,8 @@ impl Patches {
             return (self.masks[0].into(), self.masks[0].into());
         }
         let columns = usize::from(self.columns);
+        let in_rows = u16::MAX >> (16 - self.columns * self.rows);
+        let seen_whole = window.contains(self.bounds());
         let few = self.count == 1 && self.pixels_of_box <= 8;
         let (mut pixels, mut spans, mut row) = (0, 0, 0.0);
         for i in 0..self.count {
@@ -103,9 +105,9 @@ impl Patches {
             if !few {
                 mask |= covered(simd, edges, columns, row, 1) << 8;
             }
-            mask &= IN_ROWS[columns];
+            mask &= in_rows;
             self.masks[i] = mask;
-            if !window.contains(self.bounds()) {
+            if !seen_whole {
                 self.cut(i, window);
                 mask = self.masks[i];
             }
@@ -203,17 +205,6 @@ const ROWS: [u16; BLOCK + 1] = {
         columns += 1;
     }
     rows
-};
-
-/// For each number of columns: the lanes that are in a whole row.
-const IN_ROWS: [u16; BLOCK + 1] = {
-    let mut lanes = [0; BLOCK + 1];
-    let mut columns = 1;
-    while columns <= BLOCK {
-        lanes[columns] = (u16::MAX as u32 >> (BLOCK % columns)) as u16;
-        columns += 1;
-    }
-    lanes
 };
 
 /// For each number of columns: the lanes that begin a row.

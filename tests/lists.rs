@@ -1,5 +1,5 @@
-//! Lists of polygons: drawn at once, and with vertices that are placed once for all of them,
-//! they have the bits and the counts that they have one by one.
+//! Lists of polygons: with vertices that are placed once for all of them, they have the bits and
+//! the counts that they have without.
 
 #[expect(dead_code, reason = "each test file uses a part of it")]
 mod oracle;
@@ -99,7 +99,7 @@ fn drawn(
 }
 
 #[test]
-fn lists_are_drawn_as_their_polygons_are() {
+fn lists_with_places_are_drawn_as_without() {
     let (pixels, triangles) = (Tally::default(), Tally::default());
     let cases = check(file!(), "lists", 1500, &lists(), |list| {
         let attributes: Vec<f32> =
@@ -112,16 +112,15 @@ fn lists_are_drawn_as_their_polygons_are() {
                 tiler.draw(&face(indices), &mut shader, target, depth.as_deref_mut());
             }
         });
-        let at_once = drawn(&list, |tiler, mut shader, target, depth| {
-            tiler.draw_all(list.faces.iter().map(|f| face(f)), &mut shader, target, depth);
-        });
-        prop_assert_eq!(&at_once, &one_by_one);
         let mut placed = Placed::new(list.viewport);
         for (_, simd) in Simd::all() {
             placed.set(&list.positions, simd);
-            let with_places = drawn(&list, |tiler, mut shader, target, depth| {
-                let faces = list.faces.iter().map(|f| face(f).with_placed(&placed));
-                tiler.set_simd(simd).draw_all(faces, &mut shader, target, depth);
+            let with_places = drawn(&list, |tiler, mut shader, target, mut depth| {
+                tiler.set_simd(simd);
+                for indices in &list.faces {
+                    let polygon = face(indices).with_placed(&placed);
+                    tiler.draw(&polygon, &mut shader, target, depth.as_deref_mut());
+                }
             });
             prop_assert_eq!(&with_places, &one_by_one);
         }
@@ -129,9 +128,11 @@ fn lists_are_drawn_as_their_polygons_are() {
         let other = Viewport::new(1, 2, 3, 4).expect("small");
         let mut elsewhere = Placed::new(other);
         elsewhere.set(&list.positions, Simd::auto());
-        let ignored = drawn(&list, |tiler, mut shader, target, depth| {
-            let faces = list.faces.iter().map(|f| face(f).with_placed(&elsewhere));
-            tiler.draw_all(faces, &mut shader, target, depth);
+        let ignored = drawn(&list, |tiler, mut shader, target, mut depth| {
+            for indices in &list.faces {
+                let polygon = face(indices).with_placed(&elsewhere);
+                tiler.draw(&polygon, &mut shader, target, depth.as_deref_mut());
+            }
         });
         prop_assert_eq!(&ignored, &one_by_one);
         pixels.add(one_by_one.2.pixels_shaded as usize);
@@ -182,8 +183,8 @@ fn lists_with_wrong_places_do_no_harm() {
                 let mut plane = Plane::new(&mut pixels, 8, 8).expect("64");
                 let mut depth = Plane::new(&mut depths, 8, 8).expect("64");
                 let mut shader = |f: &Fragment<'_>| f.attribute(0) + f.w() + f.inv_w();
-                Tiler::new(viewport).set_precision(precision).draw_all(
-                    [polygon.with_placed(&placed)],
+                Tiler::new(viewport).set_precision(precision).draw(
+                    &polygon.with_placed(&placed),
                     &mut shader,
                     &mut plane,
                     Some(&mut depth),

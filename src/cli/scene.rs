@@ -3,8 +3,6 @@
 //! Each position is transformed once, however many faces share it. Runs of faces that look the
 //! same go through one compiled loop.
 
-use std::ops::Range;
-
 use glam::DVec3;
 use hyperspan::camera::transform;
 use hyperspan::depth::DepthTest;
@@ -116,7 +114,7 @@ impl<'a> Scene<'a> {
         if let Some(mut shader) = canvas.overdraw() {
             counter.set_origin(x, y);
             for piece in &model.pieces {
-                let polygon: &dyn Polygon = &PiecePolygon::new(model, clip, *piece, &());
+                let polygon: &dyn Polygon = &PiecePolygon::new(model, clip, placed, *piece, &());
                 counter.draw(polygon, &mut shader, &mut extent, None);
             }
             stats.peak_bytes = stats.peak_bytes.max(counter.stats().peak_bytes);
@@ -170,33 +168,15 @@ impl Frame<'_> {
         if let Some(picture) = planes.picture {
             let mut target = Plane::new(picture, width, height)?;
             let shader = &mut Picture(surface);
-            let mut rest = run.pieces.clone();
-            while !rest.is_empty() {
-                progress.set(rest.start as u64, model.pieces.len() as u64);
-                let whole = whole_faces(&model.pieces, rest.clone());
-                rest.start = whole.end;
-                tiler.draw_all(
-                    model.pieces[whole].iter().map(|piece| {
-                        PiecePolygon::new(model, clip, *piece, surface).with_placed(placed)
-                    }),
-                    shader,
-                    &mut target,
-                    depth.as_mut(),
-                );
-                // A face of several pieces: their counts are put together.
-                if let Some(face) = model.pieces.get(rest.start).map(|piece| piece.face) {
-                    while !rest.is_empty() && model.pieces[rest.start].face == face {
-                        let piece = next(model, rest.start, tiler, tally, progress);
-                        let polygon = PiecePolygon::new(model, clip, piece, surface);
-                        tiler.draw(&polygon, shader, &mut target, depth.as_mut());
-                        rest.start += 1;
-                    }
-                }
+            for i in run.pieces.clone() {
+                let piece = next(model, i, tiler, tally, progress);
+                let polygon = PiecePolygon::new(model, clip, placed, piece, surface);
+                tiler.draw(&polygon, shader, &mut target, depth.as_mut());
             }
         } else {
             for i in run.pieces.clone() {
                 let piece = next(model, i, tiler, tally, progress);
-                let polygon: &dyn Polygon = &PiecePolygon::new(model, clip, piece, &());
+                let polygon: &dyn Polygon = &PiecePolygon::new(model, clip, placed, piece, &());
                 tiler.draw(polygon, &mut Coverage::default(), &mut extent, depth.as_mut());
             }
         }
@@ -205,7 +185,7 @@ impl Frame<'_> {
 
     /// Draws `run` into all planes. The surface has `read` attributes.
     fn draw_data(&mut self, run: &Run, surface: &dyn Surface, read: usize) -> Result<(), Failure> {
-        let Self { model, clip, tiler, canvas, tally, progress, .. } = self;
+        let Self { model, clip, placed, tiler, canvas, tally, progress } = self;
         let (extras, layout) = extras(model, run.look, canvas, read);
         let mut extent = canvas.extent();
         let (depth, planes) = canvas.split();
@@ -216,22 +196,11 @@ impl Frame<'_> {
             let piece = next(model, i, tiler, tally, progress);
             shader.id = piece.face;
             let vertices = WithExtras { surface, read, model, extras: &extras, face: piece.face };
-            let polygon: &dyn Polygon = &PiecePolygon::new(model, clip, piece, &vertices);
+            let polygon: &dyn Polygon = &PiecePolygon::new(model, clip, placed, piece, &vertices);
             tiler.draw(polygon, &mut shader, &mut extent, depth.as_mut());
         }
         Ok(())
     }
-}
-
-/// Most pieces that are drawn before progress is shown.
-const PROGRESS_PIECES: usize = 1 << 14;
-
-/// The first pieces of `pieces[range]` that are faces of their own.
-fn whole_faces(pieces: &[Piece], range: Range<usize>) -> Range<usize> {
-    let face = |i: usize| pieces.get(i).map(|piece| piece.face);
-    let end = range.end.min(range.start + PROGRESS_PIECES);
-    let several = |i: &usize| face(*i) == face(i + 1);
-    range.start..(range.start..end).find(several).unwrap_or(end)
 }
 
 /// Piece `i`, which is going to be drawn.
@@ -243,6 +212,7 @@ fn next(
     tally: &mut FaceTally,
     progress: &mut Progress,
 ) -> Piece {
+    const PROGRESS_PIECES: usize = 1 << 10;
     if i.is_multiple_of(PROGRESS_PIECES) {
         progress.set(i as u64, model.pieces.len() as u64);
     }
@@ -352,22 +322,23 @@ struct PiecePolygon<'a, V> {
     /// Its first corner.
     start: usize,
     vertices: &'a V,
-    placed: Option<&'a Placed>,
+    /// Of all positions of the model.
+    placed: &'a Placed,
 }
 
 impl<'a, V: Vertices> PiecePolygon<'a, V> {
     #[inline]
-    fn new(model: &'a Model, clip: &'a [[f64; 4]], piece: Piece, vertices: &'a V) -> Self {
+    fn new(
+        model: &'a Model,
+        clip: &'a [[f64; 4]],
+        placed: &'a Placed,
+        piece: Piece,
+        vertices: &'a V,
+    ) -> Self {
         let corners = piece.corners();
         let start = corners.start;
         let positions = &model.corners.position[corners];
-        Self { clip, positions, start, vertices, placed: None }
-    }
-
-    /// With the places of all positions of the model.
-    #[inline]
-    fn with_placed(self, placed: &'a Placed) -> Self {
-        Self { placed: Some(placed), ..self }
+        Self { clip, positions, start, vertices, placed }
     }
 }
 
@@ -394,7 +365,7 @@ impl<V: Vertices> Polygon for PiecePolygon<'_, V> {
 
     #[inline]
     fn placed(&self) -> Option<&Placed> {
-        self.placed
+        Some(self.placed)
     }
 
     #[inline]

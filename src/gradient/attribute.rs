@@ -45,16 +45,20 @@ impl Gradients {
         let values = self.triple_values(k, subject);
         let size = f64::from(range[0].abs().max(range[1].abs()));
         let may_be_plain = !self.strict && fits(size);
-        if self.one_bound {
-            if may_be_plain {
-                return self.attribute_in_view(values, over_w, range);
-            }
-            self.frame = Frame::new(&self.anchor, self.corners, self.reach);
+        if self.one_bound && may_be_plain {
+            return self.attribute_in_view(values, over_w, range);
         }
-        if self.exact.is_none() {
+        if !self.exact_plane {
+            let bounded;
+            let frame = if self.one_bound {
+                bounded = Frame::new(&self.anchor, self.corners, self.reach);
+                &bounded
+            } else {
+                &self.frame
+            };
             let [b, c] = self.differences(values, over_w);
             let input_error = 3.0 * U * b.abs().max(c.abs());
-            let combined = |base: f64| self.frame.combine([base, b, c], input_error);
+            let combined = |base: f64| frame.combine([base, b, c], input_error);
             if may_be_plain {
                 let combined = combined(if over_w { values[0] } else { 0.0 });
                 if let Some(field) = self.plain_attribute(combined, values[0], over_w, range, size)
@@ -195,5 +199,51 @@ fn constant_attribute(values: &[f32], is_flat: bool) -> Result<f32, [f32; 2]> {
     } else {
         // No bound is a negative zero: a real number that is clamped to 0 is +0.
         Err([low + 0.0, high + 0.0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use alloc::format;
+
+    use super::*;
+    use crate::gradient::{AttributesOf, Quantity, Wanted};
+    use crate::polygon::Vertex;
+    use crate::space::Viewport;
+
+    /// Which pixels are found exactly depends on the crop, and attributes are set up after.
+    #[test]
+    fn attributes_do_not_depend_on_what_was_found_exactly() {
+        let vertices = [
+            Vertex::new([-0.7, -0.63, 0.31, 1.1_f64], [0.1, 1e30]),
+            Vertex::new([1.9, -0.57, 0.73, 2.3], [0.7, -3e30]),
+            Vertex::new([0.13, 0.41, 0.17, 0.59], [-0.3, 7e29]),
+        ];
+        let positions = vertices.map(|vertex| vertex.position);
+        for in_view in [false, true] {
+            let subject = Subject {
+                attributes: &AttributesOf(&vertices),
+                viewport: Viewport::new(0, 0, 640, 480).expect("small"),
+                positions: &positions,
+                exponent: 0,
+                in_view,
+                screen: &[],
+                interpolation: &[],
+                clipped_w: [0.59, 2.3],
+                columns: [100, 500],
+                rows: [40, 400],
+                wanted: Wanted { depth: true, inv_w: true, w: true, attributes: 2, exact: false },
+            };
+            let set_up = |settled: bool| {
+                let mut gradients = Gradients::default();
+                gradients.set(&subject);
+                if settled {
+                    assert!(gradients.exact_value(&subject, Quantity::Depth, [3, 5]).is_some());
+                }
+                gradients.set_attributes(&subject);
+                format!("{:?}", gradients.attributes)
+            };
+            assert_eq!(set_up(true), set_up(false), "in view: {in_view}");
+        }
     }
 }

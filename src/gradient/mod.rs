@@ -202,8 +202,11 @@ pub(crate) struct Gradients {
     frame: Frame,
     /// Is the plane so good that nothing else of `frame` was found?
     one_bound: bool,
-    /// Made when first needed.
+    /// Made when first needed: its being there says nothing about the polygon, since which pixels
+    /// need it depends on the crop.
     exact: Option<Box<ExactFrame>>,
+    /// Was the plane too bad for `f64`? Then all is set up from the exact one.
+    exact_plane: bool,
     shape: Option<Shape>,
     /// Q = det/w, its error, and the sign it has where 1/w > 0; 0 if that is not known, or the
     /// polygon is edge-on.
@@ -258,7 +261,7 @@ impl Gradients {
         self.triple = triple::choose(subject.positions, subject.attributes);
         let [a, b, c] = self.triple;
         self.corners = [subject.positions[a], subject.positions[b], subject.positions[c]];
-        self.exact = None;
+        (self.exact, self.exact_plane) = (None, false);
         self.has_attributes = false;
         self.shape = (subject.positions.len() > 3).then(|| self.shape_of(subject.positions));
         let (column, u) = middle(subject.columns);
@@ -335,7 +338,7 @@ impl Gradients {
             (self.q_sign, self.det_relative_error, self.strict) = (0.0, f64::NAN, true);
             self.constant = ConstantAlong::Nothing;
         }
-        self.exact = Some(frame);
+        (self.exact, self.exact_plane) = (Some(frame), true);
     }
 
     /// Is a polygon of more than three vertices flat, and what would have to be affine over

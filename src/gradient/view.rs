@@ -6,7 +6,7 @@
 //! numbers.
 
 use super::frame::{Linear, Plane, U};
-use super::{Field, Gradients, Plain, Subject, TRUSTED, WITHIN_ULP};
+use super::{FITS, Field, Gradients, Plain, Subject, TRUSTED, WITHIN_ULP};
 use crate::fixed::power_of_two;
 use crate::varying::Interpolation;
 
@@ -24,9 +24,6 @@ const DEPTH_ERRORS: [f64; 2] = [500.0 * U, 250.0 * U];
 
 /// Beyond this, 1/w might leave the range of `f64`.
 const LARGEST_EXPONENT: i32 = 900;
-
-/// The greatest ratio of w for which Q fits into `f32`.
-const RATIO: f64 = super::FITS;
 
 impl Gradients {
     /// Sets up all but the attributes, if the bound is good enough; says whether it is.
@@ -52,13 +49,14 @@ impl Gradients {
         let good = ATTRIBUTE_ERROR * square * w_high <= TRUSTED * det
             && beyond <= least_q / 2.0
             && subject.exponent.abs() <= LARGEST_EXPONENT
-            && w_high <= w_low * RATIO;
+            && w_high <= w_low * FITS;
         if !good {
             return false;
         }
         self.q_error = PLANE_ERROR * square;
         self.det_relative_error = PLANE_ERROR * square * w_high / det;
         self.w_scale = plane.det * power_of_two(subject.exponent);
+        self.q_sign = 1.0_f64.copysign(plane.det);
         self.strict = false;
         self.take_trusted_plane(plane.q, plane.det, least_q);
         self.frame.plane = plane;

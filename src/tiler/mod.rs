@@ -212,23 +212,6 @@ impl Tiler {
         outcome
     }
 
-    /// Draws `polygons`, one after the other, with the same shader: [`draw`](Self::draw) for each.
-    pub fn draw_all<V, S, T>(
-        &mut self,
-        polygons: impl IntoIterator<Item = V>,
-        shader: &mut S,
-        target: &mut T,
-        mut depth: Option<&mut DepthBuffer<'_>>,
-    ) where
-        V: Polygon,
-        S: Shader,
-        T: Target<Pixel = S::Pixel>,
-    {
-        for polygon in polygons {
-            self.draw(&polygon, shader, target, depth.as_deref_mut());
-        }
-    }
-
     /// What became of a polygon goes into the counts.
     #[inline(always)]
     fn count(&mut self, outcome: Outcome) {
