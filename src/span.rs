@@ -158,6 +158,8 @@ pub(crate) struct Walker<'a, S: Simd, P> {
     /// 1/Q in `f32`, for plain quantities, and whether it is this block's.
     reciprocals: Narrow<S>,
     has_reciprocals: bool,
+    /// Does a block of a row have those of the one before?
+    along_row: bool,
     strict: StrictReciprocals<S>,
 }
 
@@ -189,8 +191,7 @@ impl<'a, S: Simd> Walker<'a, S, InRow<S>> {
     /// Goes 16 columns to the right.
     #[inline(always)]
     pub(crate) fn advance(&mut self) {
-        let constant = self.polygon.gradients.constant;
-        self.keep_reciprocals_if(matches!(constant, ConstantAlong::Polygon | ConstantAlong::Row));
+        self.keep_reciprocals_if(self.along_row);
         self.polygon.u += 16;
         self.place.us = self.place.us + Wide::splat(self.simd, 16.0);
     }
@@ -225,7 +226,9 @@ impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
     fn new(simd: S, polygon: Walked<'a>, place: P) -> Self {
         let reciprocals = Narrow::splat(simd, 0.0);
         let strict = StrictReciprocals::none(simd);
-        Self { simd, polygon, place, reciprocals, has_reciprocals: false, strict }
+        let constant = polygon.gradients.constant;
+        let along_row = matches!(constant, ConstantAlong::Polygon | ConstantAlong::Row);
+        Self { simd, polygon, place, reciprocals, has_reciprocals: false, along_row, strict }
     }
 
     /// Values that exact arithmetic found.
@@ -236,8 +239,9 @@ impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
 
     #[inline(always)]
     fn keep_reciprocals_if(&mut self, same: bool) {
-        self.has_reciprocals &= same;
-        self.strict.found &= same;
+        if !same {
+            (self.has_reciprocals, self.strict.found) = (false, false);
+        }
     }
 
     /// Sets the attributes up, if they have not been.

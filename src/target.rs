@@ -19,12 +19,12 @@ pub trait Target {
     /// `size()`. No other pixel may be touched.
     fn write(&mut self, x: u32, y: u32, run: &[Self::Pixel]);
 
-    /// The 16 pixels at columns `x ..` of row `y`, all within `size()`, if they lie in memory as
-    /// they are: all of them will be set. Nothing if not; then they are handed to
+    /// `count` times 16 pixels at columns `x ..` of row `y`, all within `size()`, to be set in
+    /// place; or nothing, if that is not how they are stored: then they come by
     /// [`write`](Self::write).
     #[inline(always)]
-    fn block(&mut self, _x: u32, _y: u32) -> Option<&mut [Self::Pixel; BLOCK]> {
-        None
+    fn blocks(&mut self, _x: u32, _y: u32, _count: usize) -> &mut [[Self::Pixel; BLOCK]] {
+        &mut []
     }
 }
 
@@ -145,8 +145,9 @@ impl<P: Copy + Default> Target for Plane<'_, P> {
     }
 
     #[inline(always)]
-    fn block(&mut self, x: u32, y: u32) -> Option<&mut [P; BLOCK]> {
-        self.row_mut(y).get_mut(x as usize..)?.first_chunk_mut()
+    fn blocks(&mut self, x: u32, y: u32, count: usize) -> &mut [[P; BLOCK]] {
+        let x = x as usize;
+        self.row_mut(y)[x..x + count * BLOCK].as_chunks_mut().0
     }
 }
 
@@ -197,8 +198,8 @@ impl<T: Target + ?Sized> Target for &mut T {
     }
 
     #[inline(always)]
-    fn block(&mut self, x: u32, y: u32) -> Option<&mut [T::Pixel; BLOCK]> {
-        (**self).block(x, y)
+    fn blocks(&mut self, x: u32, y: u32, count: usize) -> &mut [[T::Pixel; BLOCK]] {
+        (**self).blocks(x, y, count)
     }
 }
 

@@ -107,7 +107,7 @@ impl Texture {
             strange |= column.strange | row.strange;
             index[lane] = wrap(column.floor, row.floor);
         }
-        if strange >> f32::MANTISSA_DIGITS - 1 != 0 {
+        if strange >> (f32::MANTISSA_DIGITS - 1) != 0 {
             for lane in 0..BLOCK {
                 let both = (floor(u[lane] * width), floor(v[lane] * height));
                 index[lane] = if let (Some(c), Some(r)) = both { wrap(c, r) } else { 0 };
