@@ -18,6 +18,9 @@ use crate::span::{InRow, Values, Walker};
 /// So many attributes are prepared; of polygons with more, none is.
 const PREPARED: usize = 4;
 
+/// A span of so many columns is over before what is prepared for its row has paid.
+const SHORT: i32 = 2 * BLOCK as i32;
+
 /// A plain quantity on a row.
 #[derive(Clone, Copy, Debug)]
 struct PlainRow<S: Simd> {
@@ -64,7 +67,7 @@ enum Attributes {
     /// Nothing: no pixel has asked yet.
     Unknown,
     Prepared,
-    /// Some are not plain, or there are too many.
+    /// Some are not plain, there are too many, or the span is short.
     General,
 }
 
@@ -93,8 +96,12 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
     #[inline(always)]
     pub(crate) fn seek(&mut self, [x, y]: [i32; 2], columns: [i32; 2], tested: Option<Quantity>) {
         self.walker.seek(x, y);
-        self.attributes_are = Attributes::Unknown;
         self.tested = None;
+        if columns[1] - x <= SHORT {
+            self.attributes_are = Attributes::General;
+            return;
+        }
+        self.attributes_are = Attributes::Unknown;
         let gradients = &self.walker.polygon.gradients;
         if let Some(Field::Plain(plain)) = tested.and_then(|quantity| gradients.field(quantity))
             && !plain.over_w
