@@ -1,10 +1,13 @@
 //! Numerical stability: the reference that the benchmarks and the stress measure with, against
-//! rationals.
+//! rationals; and the stress of `hyperspan bench --stress`, thinned out.
 
 #[expect(dead_code, reason = "each test file uses a part of it")]
 mod oracle;
 #[path = "../src/cli/bench/reference/mod.rs"]
 mod reference;
+#[expect(dead_code, reason = "tables and searches of some seconds are the program's")]
+#[path = "../src/cli/bench/stress/mod.rs"]
+mod stress;
 
 use hyperspan::space::{PixelRect, Viewport};
 use oracle::Poly;
@@ -14,6 +17,7 @@ use oracle::probe;
 use oracle::shapes::{Tally, check, corners, scenes, unproject, vanishing_polygons};
 use proptest::prelude::*;
 use reference::{Reference, Value};
+use stress::{Options, Until};
 
 /// Triangles of any shape, slivers and giants included, with w over up to 30 powers of two, and
 /// attributes of any size; some of the vertices behind the eye.
@@ -133,4 +137,41 @@ fn stability_reference_takes_the_same_three_vertices() {
         Ok(())
     });
     compared.report("values compared", 5 * cases);
+}
+
+/// Every sweep, thinned out: no error is above its bound, and each step looked at something.
+#[test]
+fn stability_no_sweep_breaks_a_bound() {
+    let options = Options { polygons: 200, search: None, seed: 1 };
+    let rows = stress::run(options, &mut |_, _| {}).expect("good viewports");
+    for row in &rows {
+        assert!(row.judged.worst_of_all() <= 1.0, "{row:#?}");
+        // A reference that is too forgiving would leave less of the bounds.
+        let attributes = row.judged.worst.map(|of| of[0]);
+        assert!(attributes[0] > 0.1 && attributes[1] > 0.99, "{row:#?}");
+        assert!(row.judged.values > 10_000, "{row:#?}");
+        assert!(row.judged.left_out < row.judged.values / 5, "{row:#?}");
+        let clips = row.sweep == "near plane" || (row.sweep == "giant" && row.step >= 1000.0);
+        assert!(!clips || row.judged.clipped > row.polygons / 2, "{row:#?}");
+    }
+
+    // A picture that moves by parts of a pixel does not swim: in the last hundred of a thousand
+    // frames values are as good as in the first.
+    let panned: Vec<_> = rows.iter().filter(|row| row.sweep == "pan").collect();
+    let [first, .., last] = panned[..] else { panic!("{rows:#?}") };
+    let (first, last) = (first.judged, last.judged);
+    assert!(last.mean_of_fast() < 1.05 * first.mean_of_fast(), "{first:?} {last:?}");
+    assert!(last.worst_of_fast() < 1.5 * first.worst_of_fast(), "{first:?} {last:?}");
+}
+
+/// A climb towards the worst gets as far as thousands of polygons of a sweep, and breaks no bound.
+#[test]
+fn stability_search_breaks_no_bound() {
+    let until = Until { tried: 8000, seconds: f64::INFINITY };
+    let options = Options { polygons: 0, search: Some(until), seed: 1 };
+    let rows = stress::run(options, &mut |_, _| {}).expect("good viewports");
+    let found = rows.last().expect("the search's");
+    assert!(found.judged.worst_of_all() <= 1.0, "{found:#?}");
+    assert!(found.judged.worst_of_fast() > 0.42, "{found:#?}");
+    assert!(found.judged.pixels > 100_000, "{found:#?}");
 }

@@ -25,15 +25,19 @@ pub(crate) struct Value {
 }
 
 impl Value {
-    /// How far `computed` is from it, in units of the last place of `f32` at the right value: the
-    /// distance of neighbours there, and never below the least subnormal.
+    /// How far `computed` is from it, in units of the last place of `f32` at the right value.
     pub(crate) fn ulp(self, computed: f32) -> f64 {
+        self.distance(computed) / self.unit()
+    }
+
+    /// The unit of the last place of `f32` there: the distance of neighbours, and never below
+    /// the least subnormal.
+    pub(crate) fn unit(self) -> f64 {
         const LEAST_EXPONENT: u64 = 1023 - 126;
         // The low part decides only if the high one is a power of two.
         let nearer_zero = self.low != 0.0 && (self.low < 0.0) == (self.high > 0.0);
         let bits = self.high.abs().to_bits() - u64::from(nearer_zero);
-        let exponent = (bits >> 52).max(LEAST_EXPONENT);
-        self.distance(computed) / f64::from_bits((exponent - 23) << 52)
+        f64::from_bits(((bits >> 52).max(LEAST_EXPONENT) - 23) << 52)
     }
 
     /// |`computed` - value|, rounded to `f64`.
