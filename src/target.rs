@@ -18,6 +18,14 @@ pub trait Target {
     /// Stores `run` at columns `x ..` of row `y`: at least one pixel, 16 at most, all within
     /// `size()`. No other pixel may be touched.
     fn write(&mut self, x: u32, y: u32, run: &[Self::Pixel]);
+
+    /// `count` times 16 pixels at columns `x ..` of row `y`, all within `size()`, to be set in
+    /// place; or nothing, if that is not how they are stored: then they come by
+    /// [`write`](Self::write).
+    #[inline(always)]
+    fn blocks(&mut self, _x: u32, _y: u32, _count: usize) -> &mut [[Self::Pixel; BLOCK]] {
+        &mut []
+    }
 }
 
 /// Rows of pixels, borrowed from the caller: a picture, depth, ids. Row `r` begins at element
@@ -135,6 +143,12 @@ impl<P: Copy + Default> Target for Plane<'_, P> {
         let to = &mut self.row_mut(y)[x..x + run.len()];
         copy_run(run, to);
     }
+
+    #[inline(always)]
+    fn blocks(&mut self, x: u32, y: u32, count: usize) -> &mut [[P; BLOCK]] {
+        let x = x as usize;
+        self.row_mut(y)[x..x + count * BLOCK].as_chunks_mut().0
+    }
 }
 
 /// Copies 1 to 16 pixels; both slices are as long.
@@ -181,6 +195,11 @@ impl<T: Target + ?Sized> Target for &mut T {
     #[inline(always)]
     fn write(&mut self, x: u32, y: u32, run: &[T::Pixel]) {
         (**self).write(x, y, run);
+    }
+
+    #[inline(always)]
+    fn blocks(&mut self, x: u32, y: u32, count: usize) -> &mut [[T::Pixel; BLOCK]] {
+        (**self).blocks(x, y, count)
     }
 }
 

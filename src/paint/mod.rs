@@ -1,0 +1,190 @@
+//! The blocks of a polygon: depth test, attributes, shader, target.
+//!
+//! This is the part that is compiled for each shader, target and instruction set; all that
+//! comes before it is compiled once.
+
+mod patches;
+mod spans;
+
+use alloc::vec::Vec;
+
+use fearless_simd::{Level, Simd, SimdBase, SimdMask, dispatch};
+
+use crate::depth::{Compare, DepthSource, DepthTest};
+use crate::edge::Span;
+use crate::gradient::Quantity;
+use crate::lanes::{Narrow, low_bits};
+use crate::patch::Patches;
+use crate::row::AlongSpans;
+use crate::settle::Walked;
+use crate::shade::{BLOCK, Block, Inputs, Shader};
+use crate::span::{Values, Walker};
+use crate::target::{DepthBuffer, Target};
+
+/// The covered pixels of a polygon.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Covered<'a> {
+    Spans(&'a [Span]),
+    Patches(&'a Patches),
+}
+
+/// Where a polygon's pixels are drawn, and how.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placement {
+    /// The framebuffer position of the viewport's corner, from which spans count.
+    pub(crate) corner: [i32; 2],
+    /// The framebuffer position of the target's first pixel.
+    pub(crate) origin: [i32; 2],
+    pub(crate) test: DepthTest,
+}
+
+/// Paints on the instruction set `level`. Returns how many pixels were shaded, and how many
+/// values were found by exact arithmetic.
+///
+/// Not part of the caller, which is compiled for each kind of polygon: this is only for each
+/// shader and target.
+#[expect(clippy::too_many_arguments, reason = "a room's door: what comes in, and where to")]
+#[inline(never)]
+pub(crate) fn paint<S: Shader, T: Target<Pixel = S::Pixel>>(
+    level: Level,
+    walked: Walked<'_>,
+    covered: Covered<'_>,
+    place: Placement,
+    attributes: &mut Vec<[f32; BLOCK]>,
+    shader: &mut S,
+    target: &mut T,
+    depth: Option<&mut DepthBuffer<'_>>,
+) -> (u64, u64) {
+    let tested = depth.is_some().then_some(place.test.source);
+    let (depths, inv_w, w) = ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
+    let lanes = Lanes { tested, depth: depths, inv_w, w, attributes };
+    let canvas = Canvas { place, lanes, shader, target, shaded: 0 };
+    dispatch!(level, simd => match covered {
+        Covered::Spans(spans) => canvas.paint_spans(AlongSpans::new(simd, walked), spans, depth),
+        Covered::Patches(patches) => {
+            canvas.paint_patches(Walker::over_patches(simd, walked), patches, depth)
+        }
+    })
+}
+
+/// What is drawn on, and with what.
+struct Canvas<'a, S, T> {
+    place: Placement,
+    lanes: Lanes<'a>,
+    shader: &'a mut S,
+    target: &'a mut T,
+    /// Pixels that passed the depth test.
+    shaded: u64,
+}
+
+/// Where a block is, and which of its lanes are drawn.
+#[derive(Clone, Copy)]
+struct BlockAt<'a> {
+    first: [i32; 2],
+    columns: u16,
+    span: Option<&'a Span>,
+    mask: u16,
+}
+
+impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
+    /// Finds and shades the lanes of `block`, and tells which are kept.
+    #[inline(always)]
+    fn shade(
+        &mut self,
+        values: &mut impl Values,
+        block: BlockAt<'_>,
+        pixels: &mut [S::Pixel; BLOCK],
+    ) -> u16 {
+        self.shaded += u64::from(block.mask.count_ones());
+        self.lanes.find(S::INPUTS, values, block);
+        let kept = self.shader.shade(&self.lanes.block(block), pixels);
+        if S::KEEPS_ALL { block.mask } else { kept & block.mask }
+    }
+}
+
+/// A block's values.
+struct Lanes<'a> {
+    /// What the depth test compares, if there is one: it finds it.
+    tested: Option<DepthSource>,
+    depth: [f32; BLOCK],
+    inv_w: [f32; BLOCK],
+    w: [f32; BLOCK],
+    attributes: &'a mut Vec<[f32; BLOCK]>,
+}
+
+impl Lanes<'_> {
+    /// Finds what a shader reads at the lanes of `block`.
+    #[inline(always)]
+    fn find(&mut self, inputs: Inputs, values: &mut impl Values, block: BlockAt<'_>) {
+        let BlockAt { span, mask, .. } = block;
+        if inputs.depth && self.tested != Some(DepthSource::Z) {
+            values.evaluate(Quantity::Depth, span, mask, &mut self.depth);
+        }
+        if inputs.inv_w && self.tested != Some(DepthSource::InvW) {
+            values.evaluate(Quantity::InvW, span, mask, &mut self.inv_w);
+        }
+        if inputs.w {
+            values.evaluate(Quantity::W, span, mask, &mut self.w);
+        }
+        if inputs.attributes > 0 {
+            values.evaluate_attributes(inputs.attributes, span, mask, self.attributes);
+        }
+    }
+
+    /// As the shader sees them.
+    #[inline(always)]
+    fn block(&self, at: BlockAt<'_>) -> Block<'_> {
+        let BlockAt { first, columns, mask, .. } = at;
+        let Self { depth, inv_w, w, attributes, .. } = self;
+        Block { first, columns, mask, depth, inv_w, w, attributes }
+    }
+
+    /// What the depth test compares, to be found.
+    #[inline(always)]
+    fn of_mut(&mut self, source: DepthSource) -> &mut [f32; BLOCK] {
+        match source {
+            DepthSource::Z => &mut self.depth,
+            DepthSource::InvW => &mut self.inv_w,
+        }
+    }
+
+    /// What the depth test found, to be stored.
+    #[inline(always)]
+    fn of(&self, source: DepthSource) -> &[f32; BLOCK] {
+        match source {
+            DepthSource::Z => &self.depth,
+            DepthSource::InvW => &self.inv_w,
+        }
+    }
+}
+
+/// What is compared.
+#[inline(always)]
+fn quantity_of(source: DepthSource) -> Quantity {
+    match source {
+        DepthSource::Z => Quantity::Depth,
+        DepthSource::InvW => Quantity::InvW,
+    }
+}
+
+/// The lanes at which `new` passes against `stored`.
+#[inline(always)]
+fn passing_lanes<L: Simd>(
+    simd: L,
+    compare: Compare,
+    new: &[f32; BLOCK],
+    stored: &[f32; BLOCK],
+) -> u16 {
+    let (new, stored) = (Narrow::load_array_ref(simd, new), Narrow::load_array_ref(simd, stored));
+    let lanes = match compare {
+        Compare::Never => return 0,
+        Compare::Less => new.simd_lt(stored),
+        Compare::Equal => new.simd_eq(stored),
+        Compare::LessEqual => new.simd_le(stored),
+        Compare::Greater => new.simd_gt(stored),
+        Compare::NotEqual => return !low_bits(new.simd_eq(stored).to_bitmask()),
+        Compare::GreaterEqual => new.simd_ge(stored),
+        Compare::Always => return u16::MAX,
+    };
+    low_bits(lanes.to_bitmask())
+}
