@@ -258,7 +258,8 @@ fn chain(bulge: f64, _: usize, random: &mut Random) -> Result<Case, Error> {
     let aside = [-direction[1], direction[0]].map(|c| c * random.signed(60.0));
     let apex = [0, 1].map(|i| centre[i] + aside[i]);
     for (corner, at) in shape.corners.iter_mut().zip([at(-48.0), at(48.0), apex]) {
-        *corner = Corner { at, ..*corner };
+        // Where it bulges, depth stays within 0..1: it is not to be bent by being clamped.
+        *corner = Corner { at, depth: 0.25 + 0.5 * corner.depth, ..*corner };
     }
     shape.outline = (0..=EDGES)
         .map(|i| {
