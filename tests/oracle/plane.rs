@@ -280,7 +280,8 @@ enum Place<'a> {
 }
 
 impl At<'_> {
-    fn exact_inv_w(&self) -> Q {
+    /// 1/w of the plane, before it is rounded.
+    pub(crate) fn exact_inv_w(&self) -> Q {
         let inv_w = match &self.place {
             Place::Weights(l) => &l[0] + &l[1] + &l[2],
             Place::Corner(corner) => Q::ONE / &corner.position[3],
@@ -305,34 +306,49 @@ impl At<'_> {
 
     /// z/w, or (z/w + 1)/2.
     pub(crate) fn depth(&self) -> Right {
+        self.if_flat(|| self.exact_depth())
+    }
+
+    /// Depth on the plane, before it is rounded.
+    pub(crate) fn exact_depth(&self) -> Q {
         let range = self.plane.viewport.depth_range();
-        self.if_flat(|| {
-            let values: Vec<Q> =
-                self.plane.positions.iter().map(|p| depth_numerator(range, p)).collect();
-            let depth = match &self.place {
-                Place::Weights(l) => self.plane.sum(l, &values),
-                Place::Corner(corner) => {
-                    depth_numerator(range, &corner.position) / &corner.position[3]
-                }
-            };
-            clamp(depth, &(Q::ZERO, Q::ONE))
-        })
+        let values: Vec<Q> =
+            self.plane.positions.iter().map(|p| depth_numerator(range, p)).collect();
+        let depth = match &self.place {
+            Place::Weights(l) => self.plane.sum(l, &values),
+            Place::Corner(corner) => depth_numerator(range, &corner.position) / &corner.position[3],
+        };
+        clamp(depth, &(Q::ZERO, Q::ONE))
     }
 
     /// Attribute `k`.
     pub(crate) fn attribute(&self, k: usize) -> Right {
-        let (values, range, linear) = match &self.plane.attributes[k] {
-            Attribute::Same(value) => return Right::Is(*value),
-            Attribute::Across => return Right::Across,
-            Attribute::Undefined => return Right::Anything,
-            Attribute::Affine { values, range, linear } => (values, range, *linear),
-        };
+        match &self.plane.attributes[k] {
+            Attribute::Same(value) => Right::Is(*value),
+            Attribute::Across => Right::Across,
+            Attribute::Undefined => Right::Anything,
+            Attribute::Affine { values, range, linear } => {
+                Right::Is(round_to_f32(&self.mean(values, range, *linear)))
+            }
+        }
+    }
+
+    /// Attribute `k` before it is rounded, where the plane says it.
+    pub(crate) fn exact_attribute(&self, k: usize) -> Option<Q> {
+        match &self.plane.attributes[k] {
+            Attribute::Same(value) => Some(q(f64::from(*value))),
+            Attribute::Affine { values, range, linear } => Some(self.mean(values, range, *linear)),
+            Attribute::Across | Attribute::Undefined => None,
+        }
+    }
+
+    fn mean(&self, values: &[Q], range: &(Q, Q), linear: bool) -> Q {
         let mean = match &self.place {
             Place::Weights(l) if linear => self.plane.sum(&self.plane.in_framebuffer(l), values),
             Place::Weights(l) => self.plane.sum(l, values) / (&l[0] + &l[1] + &l[2]),
             Place::Corner(corner) => corner.mean(values, linear),
         };
-        Right::Is(round_to_f32(&clamp(mean, range)))
+        clamp(mean, range)
     }
 }
 
