@@ -109,9 +109,12 @@ pub(crate) fn clamp_lanes<S: Simd>(value: Narrow<S>, [low, high]: [f32; 2]) -> N
 
 /// `value`, which is a number where it matters, within the range; a zero is +0.
 #[inline(always)]
-pub(crate) fn clamp_numbers<S: Simd>(value: Narrow<S>, [low, high]: [f32; 2]) -> Narrow<S> {
+pub(crate) fn clamp_numbers<S: Simd>(
+    value: Narrow<S>,
+    low: Narrow<S>,
+    high: Narrow<S>,
+) -> Narrow<S> {
     let simd = fearless_simd::ExtractToken::token(&value);
-    let (low, high) = (f32x16::splat(simd, low), f32x16::splat(simd, high));
     // The instruction sets differ in which zero is the larger one: the sum makes them the same.
     value.max(low).min(high) + f32x16::splat(simd, 0.0)
 }

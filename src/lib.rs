@@ -68,6 +68,7 @@ mod lanes;
 mod patch;
 mod triangle;
 mod span;
+mod row;
 pub mod depth;
 pub mod texture;
 pub mod target;

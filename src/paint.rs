@@ -12,9 +12,10 @@ use crate::edge::Span;
 use crate::gradient::Quantity;
 use crate::lanes::{Narrow, low_bits};
 use crate::patch::{Patch, Patches};
+use crate::row::AlongSpans;
 use crate::settle::Walked;
 use crate::shade::{BLOCK, Block, Shader};
-use crate::span::{InPatch, InRow, Place, Walker};
+use crate::span::{InPatch, Values, Walker};
 use crate::target::{DepthBuffer, Target, copy_run};
 
 /// Columns of a block.
@@ -58,7 +59,7 @@ pub(crate) fn paint<S: Shader, T: Target<Pixel = S::Pixel>>(
     let lanes = Lanes { depth: [0.0; BLOCK], inv_w: [0.0; BLOCK], w: [0.0; BLOCK], attributes };
     dispatch!(level, simd => match covered {
         Covered::Spans(spans) => {
-            paint_spans(Walker::along_spans(simd, walked), spans, lanes, canvas)
+            paint_spans(AlongSpans::new(simd, walked), spans, lanes, canvas)
         }
         Covered::Patches(patches) => {
             paint_patches(Walker::over_patches(simd, walked), patches, lanes, canvas)
@@ -79,18 +80,19 @@ struct Canvas<'a, 'd, S, T> {
 /// Walks `spans`, 16 columns at a time: depth, then attributes, then the shader.
 #[inline(always)]
 fn paint_spans<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
-    mut walker: Walker<'_, L, InRow<L>>,
+    mut walker: AlongSpans<'_, L>,
     spans: &[Span],
     mut lanes: Lanes<'_>,
     mut canvas: Canvas<'_, '_, S, T>,
 ) -> (u64, u64) {
     let Placement { corner, origin, test } = canvas.place;
+    let tested = canvas.depth.is_some().then_some(quantity_of(test.source));
     for span in spans {
         let y = span.row + corner[1];
         let (start, end) = (span.start + corner[0], span.end + corner[0]);
         let target_y = y.abs_diff(origin[1]);
         let mut x = start & !(BLOCK_COLUMNS - 1);
-        walker.seek(x, y);
+        walker.seek([x, y], [start, end], tested);
         loop {
             let left = end - x;
             let mut mask = if x >= start && left >= BLOCK_COLUMNS {
@@ -100,14 +102,13 @@ fn paint_spans<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
             };
             let run = TargetRun { x, y: target_y, origin_x: origin[0] };
             if let Some(buffer) = canvas.depth.as_deref() {
-                let found = lanes.tested(&mut walker, test.source, Some(span), mask);
-                mask &= run.passing(walker.simd, buffer, mask, found, test.compare);
+                let found = lanes.of_mut(test.source);
+                walker.tested(quantity_of(test.source), span, mask, found);
+                mask &= run.passing(walker.simd(), buffer, mask, found, test.compare);
             }
             if mask != 0 {
-                let mut pixels = [S::Pixel::default(); BLOCK];
                 let block = BlockAt { first: [x, y], columns: 16, span: Some(span), mask };
-                let kept = canvas.shade(&mut walker, &mut lanes, block, &mut pixels);
-                run.write(canvas.target, kept, &pixels);
+                let kept = canvas.shade_run(&mut walker, &mut lanes, block, run);
                 if let Some(buffer) = canvas.depth.as_deref_mut()
                     && test.write
                 {
@@ -137,7 +138,8 @@ fn paint_patches<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
         let Patch { first, columns, mut mask, .. } = patch;
         walker.seek(patch);
         if let Some(buffer) = canvas.depth.as_deref() {
-            let found = lanes.tested(&mut walker, test.source, None, mask);
+            let found = lanes.of_mut(test.source);
+            walker.evaluate(quantity_of(test.source), None, mask, found);
             let stored = stored_depths(buffer, patch, origin);
             mask &= passing_lanes(
                 test.compare,
@@ -150,7 +152,8 @@ fn paint_patches<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
         }
         let mut pixels = [S::Pixel::default(); BLOCK];
         let block = BlockAt { first, columns, span: None, mask };
-        let kept = canvas.shade(&mut walker, &mut lanes, block, &mut pixels);
+        canvas.find(&mut walker, &mut lanes, block);
+        let kept = canvas.shade(&lanes, block, &mut pixels);
         let mut left = kept;
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
@@ -211,34 +214,60 @@ struct BlockAt<'a> {
 }
 
 impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, '_, S, T> {
-    /// Shades the lanes of `block` that passed the depth test, and tells which are kept.
+    /// Shades a block of a row into the target, and tells which lanes are kept.
     #[inline(always)]
-    fn shade<L: Simd, P: Place<L>>(
+    fn shade_run(
         &mut self,
-        walker: &mut Walker<'_, L, P>,
+        values: &mut impl Values,
         lanes: &mut Lanes<'_>,
         block: BlockAt<'_>,
-        pixels: &mut [S::Pixel; BLOCK],
+        run: TargetRun,
     ) -> u16 {
-        let BlockAt { first, columns, span, mask } = block;
+        self.find(values, lanes, block);
+        if S::KEEPS_ALL && block.mask == u16::MAX {
+            let x = u32::try_from(run.column(0)).unwrap_or(u32::MAX);
+            if let Some(pixels) = self.target.block(x, run.y) {
+                self.shader.shade(&lanes.block(BlockAt { mask: u16::MAX, ..block }), pixels);
+                return u16::MAX;
+            }
+        }
+        let mut pixels = [S::Pixel::default(); BLOCK];
+        let kept = self.shade(lanes, block, &mut pixels);
+        run.write(self.target, kept, &pixels);
+        kept
+    }
+
+    /// Finds what the shader reads at the lanes of `block`.
+    #[inline(always)]
+    fn find(&mut self, values: &mut impl Values, lanes: &mut Lanes<'_>, block: BlockAt<'_>) {
+        let BlockAt { span, mask, .. } = block;
         self.shaded += u64::from(mask.count_ones());
         let tested = self.depth.is_some().then_some(self.place.test.source);
         let inputs = S::INPUTS;
         if inputs.depth && tested != Some(DepthSource::Z) {
-            walker.evaluate(Quantity::Depth, span, mask, &mut lanes.depth);
+            values.evaluate(Quantity::Depth, span, mask, &mut lanes.depth);
         }
         if inputs.inv_w && tested != Some(DepthSource::InvW) {
-            walker.evaluate(Quantity::InvW, span, mask, &mut lanes.inv_w);
+            values.evaluate(Quantity::InvW, span, mask, &mut lanes.inv_w);
         }
         if inputs.w {
-            walker.evaluate(Quantity::W, span, mask, &mut lanes.w);
+            values.evaluate(Quantity::W, span, mask, &mut lanes.w);
         }
         if inputs.attributes > 0 {
-            walker.evaluate_attributes(span, mask, lanes.attributes);
+            values.evaluate_attributes(inputs.attributes, span, mask, lanes.attributes);
         }
-        let Lanes { depth, inv_w, w, attributes } = lanes;
-        self.shader.shade(&Block { first, columns, mask, depth, inv_w, w, attributes }, pixels)
-            & mask
+    }
+
+    /// Shades the lanes of `block`, whose values were found, and tells which are kept.
+    #[inline(always)]
+    fn shade(
+        &mut self,
+        lanes: &Lanes<'_>,
+        block: BlockAt<'_>,
+        pixels: &mut [S::Pixel; BLOCK],
+    ) -> u16 {
+        let kept = self.shader.shade(&lanes.block(block), pixels);
+        if S::KEEPS_ALL { block.mask } else { kept & block.mask }
     }
 }
 
@@ -258,21 +287,21 @@ struct Lanes<'a> {
 }
 
 impl Lanes<'_> {
-    /// What the depth test compares.
+    /// As the shader sees them.
     #[inline(always)]
-    fn tested<L: Simd, P: Place<L>>(
-        &mut self,
-        walker: &mut Walker<'_, L, P>,
-        source: DepthSource,
-        span: Option<&Span>,
-        mask: u16,
-    ) -> &[f32; BLOCK] {
-        let (quantity, lanes) = match source {
-            DepthSource::Z => (Quantity::Depth, &mut self.depth),
-            DepthSource::InvW => (Quantity::InvW, &mut self.inv_w),
-        };
-        walker.evaluate(quantity, span, mask, lanes);
-        lanes
+    fn block(&self, at: BlockAt<'_>) -> Block<'_> {
+        let BlockAt { first, columns, mask, .. } = at;
+        let Self { depth, inv_w, w, attributes } = self;
+        Block { first, columns, mask, depth, inv_w, w, attributes }
+    }
+
+    /// What the depth test compares, to be found.
+    #[inline(always)]
+    fn of_mut(&mut self, source: DepthSource) -> &mut [f32; BLOCK] {
+        match source {
+            DepthSource::Z => &mut self.depth,
+            DepthSource::InvW => &mut self.inv_w,
+        }
     }
 
     /// What the depth test found, to be stored.
@@ -282,6 +311,15 @@ impl Lanes<'_> {
             DepthSource::Z => &self.depth,
             DepthSource::InvW => &self.inv_w,
         }
+    }
+}
+
+/// What is compared.
+#[inline(always)]
+fn quantity_of(source: DepthSource) -> Quantity {
+    match source {
+        DepthSource::Z => Quantity::Depth,
+        DepthSource::InvW => Quantity::InvW,
     }
 }
 

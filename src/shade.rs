@@ -126,9 +126,14 @@ pub trait Shader {
     /// What it reads.
     const INPUTS: Inputs = Inputs::ALL;
 
-    /// Shades the lanes that are set in `block.mask` into `out`, and returns the mask of those
-    /// to keep: a lane that is left out is discarded, with its depth. Bits beyond `block.mask`
-    /// are ignored. Say `#[inline(always)]`: then it is compiled for the instruction set that
+    /// Does it set every lane that is set in `block.mask`, and never discard one? Then what
+    /// [`shade`](Self::shade) returns is not looked at, and whole blocks are shaded straight into
+    /// the target's rows.
+    const KEEPS_ALL: bool = false;
+
+    /// Shades the lanes that are set in `block.mask` into `out`, which holds any pixels before, and
+    /// returns the mask of those to keep: a lane that is left out is discarded, with its depth.
+    /// Bits beyond `block.mask` are ignored. Say `#[inline(always)]`: then it is compiled for the instruction set that
     /// the tiler runs on.
     fn shade(&mut self, block: &Block<'_>, out: &mut [Self::Pixel; BLOCK]) -> u16;
 }
@@ -136,6 +141,7 @@ pub trait Shader {
 /// A closure that is called for each pixel that passes.
 impl<P: Copy + Default, F: FnMut(&Fragment<'_>) -> P> Shader for F {
     type Pixel = P;
+    const KEEPS_ALL: bool = true;
 
     #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, out: &mut [P; BLOCK]) -> u16 {

@@ -41,8 +41,8 @@ pub(crate) trait Place<S: Simd>: Copy {
 /// Lanes of one row, as offsets from the anchor.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InRow<S: Simd> {
-    us: Wide<S>,
-    v: f64,
+    pub(crate) us: Wide<S>,
+    pub(crate) v: f64,
 }
 
 impl<S: Simd> Place<S> for InRow<S> {
@@ -75,6 +75,12 @@ impl<S: Simd> Place<S> for InPatch<S> {
     fn reciprocals_of_rows(self, simd: S, q: Linear) -> Narrow<S> {
         reciprocal(simd, self.linear(simd, q).narrow())
     }
+}
+
+/// See [`clamp_numbers`].
+#[inline(always)]
+fn clamped<S: Simd>(simd: S, value: Narrow<S>, [low, high]: [f32; 2]) -> Narrow<S> {
+    clamp_numbers(value, Narrow::splat(simd, low), Narrow::splat(simd, high))
 }
 
 #[inline(always)]
@@ -120,11 +126,35 @@ impl<S: Simd> StrictReciprocals<S> {
     }
 }
 
+/// What is found at the pixels of a block.
+pub(crate) trait Values {
+    /// The values of `quantity` at the lanes of `mask`, clamped to its range. `span` is where
+    /// they lie, unless they lie in a patch.
+    fn evaluate(
+        &mut self,
+        quantity: Quantity,
+        span: Option<&Span>,
+        mask: u16,
+        out: &mut [f32; BLOCK],
+    );
+
+    /// The values of all attributes, `count` or all there are, as [`evaluate`](Self::evaluate)
+    /// does. They are set up for the polygon's first pixel, and those that are constant filled
+    /// in.
+    fn evaluate_attributes(
+        &mut self,
+        count: usize,
+        span: Option<&Span>,
+        mask: u16,
+        lanes: &mut Vec<[f32; BLOCK]>,
+    );
+}
+
 /// Finds the values of a polygon's quantities, block by block.
 pub(crate) struct Walker<'a, S: Simd, P> {
     pub(crate) simd: S,
-    polygon: Walked<'a>,
-    place: P,
+    pub(crate) polygon: Walked<'a>,
+    pub(crate) place: P,
     /// 1/Q in `f32`, for plain quantities, and whether it is this block's.
     reciprocals: Narrow<S>,
     has_reciprocals: bool,
@@ -210,35 +240,11 @@ impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
         self.strict.found &= same;
     }
 
-    /// The values of all attributes, as [`evaluate`](Self::evaluate) does. They are set up for
-    /// the polygon's first pixel, and those that are constant filled in.
+    /// Sets the attributes up, if they have not been.
     #[inline(always)]
-    pub(crate) fn evaluate_attributes(
-        &mut self,
-        span: Option<&Span>,
-        mask: u16,
-        lanes: &mut Vec<[f32; BLOCK]>,
-    ) {
+    pub(crate) fn need_attributes(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
         if !self.polygon.gradients.has_attributes {
             self.polygon.set_attributes(self.simd.level(), lanes);
-        }
-        let (simd, place) = (self.simd, self.place);
-        let divides = self.polygon.gradients.divides;
-        let r = if divides { self.reciprocals() } else { self.reciprocals };
-        let mut others = false;
-        for (field, out) in self.polygon.gradients.attributes.iter().zip(lanes.iter_mut()) {
-            match field {
-                Field::Plain(plain) => {
-                    let n = place.linear(simd, plain.numerator).narrow();
-                    let value = if plain.over_w { n * r } else { n };
-                    clamp_numbers(value, plain.range).store_array(out);
-                }
-                Field::Constant(_) => {}
-                Field::Strict(_) | Field::Across(..) => others = true,
-            }
-        }
-        if others {
-            self.evaluate_others(span, mask, lanes);
         }
     }
 
@@ -253,10 +259,38 @@ impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
         }
     }
 
-    /// The values of `quantity` at the lanes of `mask`, clamped to its range. `span` is where
-    /// they lie, unless they lie in a patch.
+    /// N r or N, and the lanes at which it is good enough.
     #[inline(always)]
-    pub(crate) fn evaluate(
+    fn plain(&mut self, plain: &Plain, out: &mut [f32; BLOCK]) -> u16 {
+        let n = self.place.linear(self.simd, plain.numerator);
+        let value = n.narrow();
+        let value = if plain.over_w { value * self.reciprocals() } else { value };
+        clamped(self.simd, value, plain.range).store_array(out);
+        if plain.doubtful_below > 0.0 {
+            return !n.abs().below(Wide::splat(self.simd, plain.doubtful_below));
+        }
+        u16::MAX
+    }
+
+    /// This block's reciprocals in `f32`.
+    #[inline(always)]
+    pub(crate) fn reciprocals(&mut self) -> Narrow<S> {
+        if !self.has_reciprocals {
+            self.has_reciprocals = true;
+            let (simd, q) = (self.simd, self.polygon.gradients.unit_q);
+            self.reciprocals = if q.x == 0.0 {
+                self.place.reciprocals_of_rows(simd, q)
+            } else {
+                reciprocal(simd, self.place.linear(simd, q).narrow())
+            };
+        }
+        self.reciprocals
+    }
+}
+
+impl<S: Simd, P: Place<S>> Values for Walker<'_, S, P> {
+    #[inline(always)]
+    fn evaluate(
         &mut self,
         quantity: Quantity,
         span: Option<&Span>,
@@ -278,32 +312,33 @@ impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
         }
     }
 
-    /// N r or N, and the lanes at which it is good enough.
     #[inline(always)]
-    fn plain(&mut self, plain: &Plain, out: &mut [f32; BLOCK]) -> u16 {
-        let n = self.place.linear(self.simd, plain.numerator);
-        let value = n.narrow();
-        let value = if plain.over_w { value * self.reciprocals() } else { value };
-        clamp_numbers(value, plain.range).store_array(out);
-        if plain.doubtful_below > 0.0 {
-            return !n.abs().below(Wide::splat(self.simd, plain.doubtful_below));
+    fn evaluate_attributes(
+        &mut self,
+        _count: usize,
+        span: Option<&Span>,
+        mask: u16,
+        lanes: &mut Vec<[f32; BLOCK]>,
+    ) {
+        self.need_attributes(lanes);
+        let (simd, place) = (self.simd, self.place);
+        let divides = self.polygon.gradients.divides;
+        let r = if divides { self.reciprocals() } else { self.reciprocals };
+        let mut others = false;
+        for (field, out) in self.polygon.gradients.attributes.iter().zip(lanes.iter_mut()) {
+            match field {
+                Field::Plain(plain) => {
+                    let n = place.linear(simd, plain.numerator).narrow();
+                    let value = if plain.over_w { n * r } else { n };
+                    clamped(simd, value, plain.range).store_array(out);
+                }
+                Field::Constant(_) => {}
+                Field::Strict(_) | Field::Across(..) => others = true,
+            }
         }
-        u16::MAX
-    }
-
-    /// This block's reciprocals in `f32`.
-    #[inline(always)]
-    fn reciprocals(&mut self) -> Narrow<S> {
-        if !self.has_reciprocals {
-            self.has_reciprocals = true;
-            let (simd, q) = (self.simd, self.polygon.gradients.unit_q);
-            self.reciprocals = if q.x == 0.0 {
-                self.place.reciprocals_of_rows(simd, q)
-            } else {
-                reciprocal(simd, self.place.linear(simd, q).narrow())
-            };
+        if others {
+            self.evaluate_others(span, mask, lanes);
         }
-        self.reciprocals
     }
 }
 

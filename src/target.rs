@@ -18,6 +18,14 @@ pub trait Target {
     /// Stores `run` at columns `x ..` of row `y`: at least one pixel, 16 at most, all within
     /// `size()`. No other pixel may be touched.
     fn write(&mut self, x: u32, y: u32, run: &[Self::Pixel]);
+
+    /// The 16 pixels at columns `x ..` of row `y`, all within `size()`, if they lie in memory as
+    /// they are: all of them will be set. Nothing if not; then they are handed to
+    /// [`write`](Self::write).
+    #[inline(always)]
+    fn block(&mut self, _x: u32, _y: u32) -> Option<&mut [Self::Pixel; BLOCK]> {
+        None
+    }
 }
 
 /// Rows of pixels, borrowed from the caller: a picture, depth, ids. Row `r` begins at element
@@ -135,6 +143,11 @@ impl<P: Copy + Default> Target for Plane<'_, P> {
         let to = &mut self.row_mut(y)[x..x + run.len()];
         copy_run(run, to);
     }
+
+    #[inline(always)]
+    fn block(&mut self, x: u32, y: u32) -> Option<&mut [P; BLOCK]> {
+        self.row_mut(y).get_mut(x as usize..)?.first_chunk_mut()
+    }
 }
 
 /// Copies 1 to 16 pixels; both slices are as long.
@@ -181,6 +194,11 @@ impl<T: Target + ?Sized> Target for &mut T {
     #[inline(always)]
     fn write(&mut self, x: u32, y: u32, run: &[T::Pixel]) {
         (**self).write(x, y, run);
+    }
+
+    #[inline(always)]
+    fn block(&mut self, x: u32, y: u32) -> Option<&mut [T::Pixel; BLOCK]> {
+        (**self).block(x, y)
     }
 }
 

@@ -80,9 +80,7 @@ impl Texture {
             });
         }
         if mask == u16::MAX {
-            for (out, index) in out.iter_mut().zip(index) {
-                *out = self.texels[index as usize];
-            }
+            look_up(&self.texels, &index, out);
         } else {
             let mut left = mask;
             while left != 0 {
@@ -103,39 +101,62 @@ impl Texture {
         wrap: impl Fn(i32, i32) -> u32,
     ) {
         let [width, height] = self.scale;
-        let (mut columns, mut rows) = ([0.0; BLOCK], [0.0; BLOCK]);
-        let mut large = 0;
+        let mut strange = 0;
         for lane in 0..BLOCK {
-            (columns[lane], rows[lane]) = (u[lane] * width, v[lane] * height);
-            let small = columns[lane].abs() < SMALL && rows[lane].abs() < SMALL;
-            large |= u32::from(!small);
+            let (column, row) = (Floor::of(u[lane] * width), Floor::of(v[lane] * height));
+            strange |= column.strange | row.strange;
+            index[lane] = wrap(column.floor, row.floor);
         }
-        if large == 0 {
+        if strange >> f32::MANTISSA_DIGITS - 1 != 0 {
             for lane in 0..BLOCK {
-                index[lane] = wrap(floor_small(columns[lane]), floor_small(rows[lane]));
-            }
-        } else {
-            for lane in 0..BLOCK {
-                let both = (floor(columns[lane]), floor(rows[lane]));
+                let both = (floor(u[lane] * width), floor(v[lane] * height));
                 index[lane] = if let (Some(c), Some(r)) = both { wrap(c, r) } else { 0 };
             }
         }
     }
 }
 
-/// Below this, a sum with [`WHOLE`] keeps all whole numbers.
-const SMALL: f32 = 4_194_304.0;
-
-/// Its sum with a small number has no room for a fraction, and the low bits of the sum are the
-/// nearest whole number. A conversion would do, but it saturates, which vectors do not.
+/// Its sum with a number below 2^22 in magnitude has the same exponent and no room for a fraction:
+/// its low bits are the nearest whole number. A conversion would do, but it saturates, which
+/// vectors do not.
 const WHOLE: f32 = 12_582_912.0;
 
-/// floor(`product`), which is below [`SMALL`] in magnitude.
+/// The floor of a number that a sum with [`WHOLE`] holds.
+struct Floor {
+    floor: i32,
+    /// Has bits above the mantissa if the sum does not hold it.
+    strange: u32,
+}
+
+impl Floor {
+    #[inline(always)]
+    fn of(product: f32) -> Self {
+        let sum = product + WHOLE;
+        let nearest = sum.to_bits().wrapping_sub(WHOLE.to_bits()).cast_signed();
+        let floor = nearest.wrapping_sub(i32::from(sum - WHOLE > product));
+        Self { floor, strange: sum.to_bits() ^ WHOLE.to_bits() }
+    }
+}
+
+/// The texels of all lanes.
 #[inline(always)]
-fn floor_small(product: f32) -> i32 {
-    let sum = product + WHOLE;
-    let nearest = sum.to_bits().wrapping_sub(WHOLE.to_bits()).cast_signed();
-    nearest - i32::from(sum - WHOLE > product)
+fn look_up(texels: &[[u8; 4]], index: &[u32; BLOCK], out: &mut [[u8; 4]; BLOCK]) {
+    // Squares whose sides are a power of two: where the compiler knows the length, it is checked
+    // once for all lanes.
+    macro_rules! squares {
+        ($($side:literal)+) => { $(
+            if let Ok(texels) = <&[[u8; 4]; $side * $side]>::try_from(texels) {
+                for (out, index) in out.iter_mut().zip(index) {
+                    *out = texels[*index as usize % ($side * $side)];
+                }
+                return;
+            }
+        )+ };
+    }
+    squares!(64 128 256 512 1024 2048 4096);
+    for (out, index) in out.iter_mut().zip(index) {
+        *out = texels[*index as usize];
+    }
 }
 
 /// floor(`product`), if `product` is less than 2^31 in magnitude (NaN is not).

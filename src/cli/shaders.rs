@@ -43,6 +43,7 @@ pub(crate) struct Picture<'a, C>(pub(crate) &'a C);
 impl<C: Colour + Reads> Shader for Picture<'_, C> {
     type Pixel = [u8; 4];
     const INPUTS: Inputs = Inputs::attributes(C::ATTRIBUTES);
+    const KEEPS_ALL: bool = true;
 
     #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, out: &mut [[u8; 4]; BLOCK]) -> u16 {
@@ -76,6 +77,7 @@ pub(crate) struct Data<'a> {
 
 impl Shader for Data<'_> {
     type Pixel = ();
+    const KEEPS_ALL: bool = true;
 
     #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, _out: &mut [(); BLOCK]) -> u16 {
@@ -130,6 +132,7 @@ pub(crate) struct Coverage<'a> {
 impl Shader for Coverage<'_> {
     type Pixel = ();
     const INPUTS: Inputs = Inputs::COVERAGE;
+    const KEEPS_ALL: bool = true;
 
     #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, _out: &mut [(); BLOCK]) -> u16 {

@@ -55,6 +55,7 @@ pub(crate) struct Coloured;
 impl Shader for Coloured {
     type Pixel = [u8; 4];
     const INPUTS: Inputs = Inputs::attributes(3);
+    const KEEPS_ALL: bool = true;
 
     #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, out: &mut [[u8; 4]; BLOCK]) -> u16 {
@@ -73,6 +74,7 @@ pub(crate) struct Textured<'a>(pub(crate) &'a Texture);
 impl Shader for Textured<'_> {
     type Pixel = [u8; 4];
     const INPUTS: Inputs = Inputs::attributes(2);
+    const KEEPS_ALL: bool = true;
 
     #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, out: &mut [[u8; 4]; BLOCK]) -> u16 {
