@@ -3,6 +3,7 @@
 mod errors;
 mod heat;
 mod json;
+mod labels;
 mod machine;
 mod markdown;
 mod measure;

@@ -4,15 +4,16 @@
 
 use std::fmt::Write;
 
+use super::labels::{Area, along, labels};
 use super::measure::Variant;
 use super::report::{Case, Report, Summary, power};
 
 /// A panel's sides, and the space for its numbers and its title.
-const PANEL: [f64; 2] = [430.0, 330.0];
+const PANEL: [f64; 2] = [450.0, 390.0];
 const MARGIN: [f64; 2] = [62.0, 54.0];
 const COLUMNS: usize = 2;
-/// Of a label's letters: width, and height of a line.
-const LETTER: [f64; 2] = [6.7, 13.0];
+/// Powers of ten above the greatest error that are left to labels.
+const HEADROOM: f64 = 2.0;
 
 const STYLE: &str = "\
 text{font:12px ui-sans-serif,system-ui,sans-serif;fill:#57606a}\
@@ -36,7 +37,7 @@ pub(crate) fn svg(report: &Report) -> String {
     let columns = COLUMNS.min(panels.len().max(1));
     let rows = panels.len().div_ceil(COLUMNS).max(1);
     let cell = [PANEL[0] + MARGIN[0] + 24.0, PANEL[1] + MARGIN[1] + 44.0];
-    let [width, height] = [cell[0] * columns as f64, cell[1] * rows as f64 + 62.0];
+    let [width, height] = [cell[0] * columns as f64, cell[1] * rows as f64 + 70.0];
     let mut out = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(
@@ -58,16 +59,18 @@ pub(crate) fn svg(report: &Report) -> String {
     }
     let _ = writeln!(
         out,
-        "<text x=\"{x}\" y=\"{first}\">Dots: the greatest error in any scene; a line goes down to \
-         the mean error. Dashed: the Pareto front. Blue: hyperspan.</text>\n\
-         <text x=\"{x}\" y=\"{second}\">Time: geometric mean of {scenes}, two attributes, {pixels} \
-         pixels wide, one thread, {simd}; set-up and spans included.</text>\n</svg>",
+        "<text x=\"{x}\" y=\"{}\">Dots: the greatest error in any scene; lines go down to the mean. \
+         Dashed: the Pareto front. Blue: hyperspan.</text>\n\
+         <text x=\"{x}\" y=\"{}\">Time: one thread, {}, two attributes, {} pixels wide; set-up and \
+         spans included. Geometric mean of the scenes</text>\n\
+         <text x=\"{x}\" y=\"{}\">{}.</text>\n</svg>",
+        height - 48.0,
+        height - 30.0,
+        report.simd,
+        report.width,
+        height - 12.0,
+        scenes(report),
         x = MARGIN[0],
-        first = height - 36.0,
-        second = height - 16.0,
-        scenes = scenes(report),
-        pixels = report.width,
-        simd = report.simd,
     );
     out
 }
@@ -104,8 +107,8 @@ impl Axes {
         }
         Self {
             least: [axes.least[0] - 0.08, axes.least[1].floor()],
-            // Labels stand to the right of their dots.
-            most: [axes.most[0] + 0.12, axes.most[1].ceil().max(axes.least[1].floor() + 1.0)],
+            // Labels stand to the right of their dots, or above them.
+            most: [axes.most[0] + 0.15, axes.most[1].ceil() + HEADROOM],
         }
     }
 
@@ -136,28 +139,30 @@ fn panel(out: &mut String, axes: &Axes, w_ratio: f64, lines: &[Summary]) {
     front.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let points: Vec<String> = front.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
     let _ = writeln!(out, "<polyline class=\"front\" points=\"{}\"/>", points.join(" "));
-    let places: Vec<[f64; 2]> =
-        lines.iter().map(|line| axes.place(line.ns, line.max_ulp)).collect();
-    let names: Vec<&str> = lines.iter().map(|line| line.rung.name()).collect();
-    for (line, [x, y]) in lines.iter().zip(&places) {
+    let mut taken: Vec<Area> = front.windows(2).flat_map(|ends| along(ends[0], ends[1])).collect();
+    let mut dots = Vec::new();
+    for line in lines {
+        let [x, y] = axes.place(line.ns, line.max_ulp);
         let [_, mean] = axes.place(line.ns, line.mean_ulp);
         let _ = writeln!(out, "<path class=\"mean\" d=\"M{x:.1} {y:.1}V{mean:.1}m-3 0h6\"/>");
+        taken.push(Area { low: [x - 4.0, y], high: [x + 4.0, mean] });
+        dots.push(([x, y], line.rung.name()));
     }
-    for ((line, [x, y]), label) in lines.iter().zip(&places).zip(labels(&places, &names)) {
-        let ours = matches!(line.rung.name(), "fast" | "exact");
-        let class = if ours { "product" } else { "dot" };
-        let _ = writeln!(out, "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.5\"/>");
-        if let Some([end_x, end_y]) = label.lead([*x, *y]) {
-            let _ =
-                writeln!(out, "<path class=\"lead\" d=\"M{x:.1} {y:.1}L{end_x:.1} {end_y:.1}\"/>");
+    let labels = labels(&dots, taken, PANEL);
+    for (([x, y], name), label) in dots.iter().zip(labels) {
+        let ours = matches!(*name, "fast" | "exact");
+        let (dot, text) = if ours { ("product", " class=\"ours\"") } else { ("dot", "") };
+        if let Some([pole_x, pole_y]) = label.pole {
+            let _ = writeln!(
+                out,
+                "<path class=\"lead\" d=\"M{x:.1} {y:.1}L{pole_x:.1} {pole_y:.1}\"/>"
+            );
         }
-        let weight = if ours { " class=\"ours\"" } else { "" };
+        let [text_x, text_y] = [label.area.low[0], label.area.high[1] - 3.0];
         let _ = writeln!(
             out,
-            "<text{weight} x=\"{:.1}\" y=\"{:.1}\">{}</text>",
-            label.low[0],
-            label.high[1] - 3.0,
-            line.rung.name()
+            "<circle class=\"{dot}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.5\"/>\
+             <text{text} x=\"{text_x:.1}\" y=\"{text_y:.1}\">{name}</text>"
         );
     }
 }
@@ -166,7 +171,7 @@ fn panel(out: &mut String, axes: &Axes, w_ratio: f64, lines: &[Summary]) {
 fn grid(out: &mut String, axes: &Axes) {
     let [width, height] = PANEL;
     let _ = writeln!(out, "<path class=\"grid\" d=\"M0 0V{height}H{width}\"/>");
-    for exponent in axes.least[1] as i32..=axes.most[1] as i32 {
+    for exponent in axes.least[1] as i32..=(axes.most[1] - HEADROOM) as i32 {
         let error = libm::pow(10.0, f64::from(exponent));
         let [_, y] = axes.place(1.0, error);
         let _ = writeln!(
@@ -223,91 +228,9 @@ fn with_superscript(number: &str) -> String {
     }
 }
 
-/// The rectangle that a label takes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Label {
-    low: [f64; 2],
-    high: [f64; 2],
-}
-
-impl Label {
-    fn overlaps(&self, other: &Self) -> bool {
-        (0..2).all(|i| self.low[i] < other.high[i] && other.low[i] < self.high[i])
-    }
-
-    /// Where a line from `dot` ends, if the label is too far from it to do without.
-    fn lead(&self, dot: [f64; 2]) -> Option<[f64; 2]> {
-        const NEAR: f64 = 14.0;
-        let end = [0, 1].map(|i: usize| dot[i].clamp(self.low[i], self.high[i]));
-        let distance = (end[0] - dot[0]).abs().max((end[1] - dot[1]).abs());
-        (distance > NEAR).then_some(end)
-    }
-}
-
-/// Places for the names of dots: near them, on no other label and on no dot.
-fn labels(dots: &[[f64; 2]], names: &[&str]) -> Vec<Label> {
-    const DOT: f64 = 6.0;
-    let around = |[x, y]: [f64; 2]| Label { low: [x - DOT, y - DOT], high: [x + DOT, y + DOT] };
-    let mut taken: Vec<Label> = dots.iter().map(|dot| around(*dot)).collect();
-    let mut labels = Vec::new();
-    for (dot, name) in dots.iter().zip(names) {
-        let size = [LETTER[0] * name.len() as f64, LETTER[1]];
-        let free = candidates(*dot, size)
-            .find(|label| {
-                let inside = (0..2).all(|i| label.low[i] >= 2.0 && label.high[i] <= PANEL[i]);
-                inside && !taken.iter().any(|other| label.overlaps(other))
-            })
-            .unwrap_or_else(|| around(*dot));
-        taken.push(free);
-        labels.push(free);
-    }
-    labels
-}
-
-/// Rectangles of `size` around `dot`, the nearest first: to the right, to the left, below, above,
-/// and between.
-fn candidates(dot: [f64; 2], size: [f64; 2]) -> impl Iterator<Item = Label> {
-    const DIRECTIONS: [[f64; 2]; 8] = [
-        [1.0, 0.0],
-        [-1.0, 0.0],
-        [0.0, 1.0],
-        [0.0, -1.0],
-        [1.0, 1.0],
-        [-1.0, 1.0],
-        [1.0, -1.0],
-        [-1.0, -1.0],
-    ];
-    (0..40).flat_map(move |ring| {
-        let distance = 9.0 + 7.0 * f64::from(ring);
-        DIRECTIONS.into_iter().map(move |direction| {
-            let centre = [0, 1].map(|i: usize| dot[i] + direction[i] * (distance + size[i] / 2.0));
-            let low = [0, 1].map(|i: usize| centre[i] - size[i] / 2.0);
-            Label { low, high: [low[0] + size[0], low[1] + size[1]] }
-        })
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn labels_collide_with_nothing() {
-        // All dots in two heaps.
-        let dots: Vec<[f64; 2]> =
-            (0..11).map(|i| [f64::from(i % 2) * 300.0 + f64::from(i), 40.0]).collect();
-        let names = ["affine-polygon"; 11];
-        let labels = labels(&dots, &names);
-        for (i, label) in labels.iter().enumerate() {
-            assert!(labels[..i].iter().all(|other| !label.overlaps(other)), "{i}: {label:?}");
-            let on = |[x, y]: &[f64; 2]| {
-                (label.low[0]..label.high[0]).contains(x)
-                    && (label.low[1]..label.high[1]).contains(y)
-            };
-            assert!(!dots.iter().any(on), "{i}: {label:?}");
-            assert!(label.low[0] >= 0.0 && label.high[0] <= PANEL[0]);
-        }
-    }
 
     #[test]
     fn superscripts() {
