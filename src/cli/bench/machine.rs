@@ -29,14 +29,14 @@ pub(crate) fn machine(text: &str) -> Result<Machine, String> {
 
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 fn level(name: &str) -> Option<Level> {
-    use fearless_simd::Simd as _;
+    use fearless_simd::Simd as Lanes;
     let best = Level::new();
     match name {
         "scalar" => Some(Level::baseline()),
-        "sse2" => best.as_sse2().map(|simd| simd.level()),
-        "sse4.2" => best.as_sse4_2().map(|simd| simd.level()),
-        "avx2" => best.as_avx2().map(|simd| simd.level()),
-        "avx512" => best.as_avx512().map(|simd| simd.level()),
+        "sse2" => best.as_sse2().map(Lanes::level),
+        "sse4.2" => best.as_sse4_2().map(Lanes::level),
+        "avx2" => best.as_avx2().map(Lanes::level),
+        "avx512" => best.as_avx512().map(Lanes::level),
         _ => None,
     }
 }

@@ -286,9 +286,12 @@ fn draw_heat(
     Ok(())
 }
 
+/// Turns all that was measured into a file.
+type Format = fn(&Report) -> String;
+
 /// Writes what is asked for: all of it, or nothing.
 fn write(args: &BenchArgs, report: &Report, mut staged: Staged) -> Result<(), Failure> {
-    let formats: [(_, fn(&Report) -> String); 3] =
+    let formats: [(_, Format); 3] =
         [(&args.json, json::json), (&args.md, markdown::markdown), (&args.svg, svg::svg)];
     let mut asked = args.heat.is_some();
     for (sink, format) in formats {

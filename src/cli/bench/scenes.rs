@@ -81,7 +81,7 @@ impl Picture {
             facets: Vec::new(),
             attributes,
             far: w_ratio,
-            random: Random(0x5EED + width as u64),
+            random: Random(0x5EED + u64::from(width)),
         };
         match scene {
             SceneName::Floor => maker.floor([1.0, 0.0]),

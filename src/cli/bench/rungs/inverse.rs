@@ -45,7 +45,7 @@ fn weighted<S: Simd>(simd: S, [a, b, c]: [Wide<S>; 3], values: [f64; 3]) -> Wide
 
 impl Rung for Inverse {
     fn begin_polygon(&mut self, prepared: &Prepared, facet: &Facet) {
-        let points = prepared.from_pixel(facet, [0, 0]);
+        let points = prepared.seen_from(facet, [0, 0]);
         self.weights = weights(prepared.corners.map(|i| points[i]));
         self.depths = prepared.corners.map(|i| facet.positions[i][2]);
         let stride = facet.attributes.len() / facet.positions.len().max(1);

@@ -106,7 +106,7 @@ impl Prepared {
     fn set_functions(&mut self, facet: &Facet, stride: usize, wanted: usize) {
         let Some(span) = self.spans.get(self.spans.len() / 2) else { return };
         self.anchor = [i32::midpoint(span.start, span.end), span.row];
-        let points = self.from_pixel(facet, self.anchor);
+        let points = self.seen_from(facet, self.anchor);
         self.corners = best_corners(&points);
         let weights = weights(self.corners.map(|i| points[i]));
         self.inv_w = Linear::combined([1.0; 3], weights);
@@ -127,7 +127,7 @@ impl Prepared {
 
     /// The vertices as (X, Y, w): w times their place in the framebuffer from the centre of
     /// `pixel`.
-    pub(crate) fn from_pixel(&self, facet: &Facet, pixel: [i32; 2]) -> Vec<[f64; 3]> {
+    pub(crate) fn seen_from(&self, facet: &Facet, pixel: [i32; 2]) -> Vec<[f64; 3]> {
         let half_w = f64::from(self.viewport.width()) / 2.0;
         let half_h = f64::from(self.viewport.height()) / 2.0;
         let to_centre =

@@ -61,7 +61,6 @@ impl Line {
 }
 
 /// Draws a polygon that is prepared.
-#[expect(clippy::too_many_arguments, reason = "what is drawn, how, and onto what")]
 #[inline(never)]
 pub(crate) fn paint<R: Rung, S: Shader, T: Target<Pixel = S::Pixel>>(
     level: Level,
@@ -75,7 +74,6 @@ pub(crate) fn paint<R: Rung, S: Shader, T: Target<Pixel = S::Pixel>>(
     dispatch!(level, simd => paint_spans(simd, rung, prepared, attributes, shader, target, depth));
 }
 
-#[expect(clippy::too_many_arguments, reason = "as above")]
 #[inline(always)]
 fn paint_spans<L: Simd, R: Rung, S: Shader, T: Target<Pixel = S::Pixel>>(
     simd: L,
