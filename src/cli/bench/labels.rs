@@ -105,16 +105,16 @@ mod tests {
     fn labels_collide_with_nothing() {
         // Two heaps of dots, and a line through them.
         let dots: Vec<([f64; 2], &str)> = (0..11)
-            .map(|i| [f64::from(i % 2) * 200.0 + 4.0 * f64::from(i), 200.0])
+            .map(|i| [20.0 + f64::from(i % 2) * 200.0 + 4.0 * f64::from(i), 200.0])
             .map(|place| (place, "affine-polygon"))
             .collect();
-        let line: Vec<Area> = along([0.0, 200.0], [300.0, 230.0]).collect();
-        let labels = labels(&dots, line.clone(), [400.0, 300.0]);
+        let line: Vec<Area> = along([10.0, 200.0], [300.0, 230.0]).collect();
+        let labels = labels(&dots, line.clone(), [450.0, 300.0]);
         for (i, Label { area, .. }) in labels.iter().enumerate() {
             assert!(labels[..i].iter().all(|other| !area.overlaps(&other.area)), "{i}: {area:?}");
             assert!(line.iter().all(|part| !area.overlaps(part)), "{i}: {area:?}");
             assert!(area.high[0] - area.low[0] > 90.0, "{i} has no place");
-            assert!(area.low.iter().all(|c| *c >= 0.0) && area.high[0] <= 400.0);
+            assert!(area.low.iter().all(|c| *c >= 0.0) && area.high[0] <= 450.0);
             for ([x, y], _) in &dots {
                 let dot = Area { low: [x - 4.0, y - 4.0], high: [x + 4.0, y + 4.0] };
                 assert!(!area.overlaps(&dot), "{i}: {area:?}");
