@@ -60,6 +60,8 @@ fn sources_use_operations_that_have_the_same_bits_everywhere() {
     let functions = "mul_add mul_sub approximate_recip sin cos tan sin_cos asin acos atan atan2 sinh \
         cosh tanh exp exp2 exp_m1 ln ln_1p log log2 log10 powf powi cbrt hypot reduce_sum reduce_min";
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    // What the benchmark measures the product against.
+    let estimate = src.join("cli/bench/rungs/reciprocal.rs");
     for file in rust_files(&src) {
         let text = fs::read_to_string(&file).expect("readable");
         for line in code(&text) {
@@ -67,6 +69,7 @@ fn sources_use_operations_that_have_the_same_bits_everywhere() {
                 let called = line.contains(&format!(".{function}("))
                     || line.contains(&format!("f64::{function}"))
                     || line.contains(&format!("f32::{function}"));
+                let called = called && !(file == estimate && function == "approximate_recip");
                 assert!(!called, "{}: `{function}` in {line}", file.display());
             }
         }

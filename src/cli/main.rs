@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 mod aov;
+mod bench;
 mod camera;
 mod canvas;
 mod compare;
@@ -49,6 +50,7 @@ enum Verb {
     Tile(tile::TileArgs),
     Info(info::InfoArgs),
     Compare(compare::CompareArgs),
+    Bench(bench::BenchArgs),
 }
 
 const DIFFERENT: u8 = 1;
@@ -59,6 +61,7 @@ fn main() -> ExitCode {
         Verb::Render(args) => render::run(&args).map(|()| ExitCode::SUCCESS),
         Verb::Tile(args) => tile::run(&args).map(|()| ExitCode::SUCCESS),
         Verb::Info(args) => info::run(&args).map(|()| ExitCode::SUCCESS),
+        Verb::Bench(args) => bench::run(&args).map(|()| ExitCode::SUCCESS),
         Verb::Compare(args) => compare::run(&args)
             .map(|same| if same { ExitCode::SUCCESS } else { ExitCode::from(DIFFERENT) }),
     };
