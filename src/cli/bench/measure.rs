@@ -8,10 +8,10 @@ use hyperspan::texture::Texture;
 
 use super::errors::TEXTURE_SIDE;
 use super::machine::Machine;
-use super::random::Random;
 use super::rungs::{RungName, Rungs};
 use super::scenes::{MOST_ATTRIBUTES, Picture, size};
 use super::shaders::{Bits, Textured};
+use super::stress::random::Random;
 use super::yardstick::Yardstick;
 use crate::failure::Failure;
 
@@ -77,7 +77,7 @@ impl Easel {
     pub(crate) fn new(width: u32, machine: Machine) -> Result<Self, Failure> {
         let size = size(width);
         let area = size[0] as usize * size[1] as usize;
-        let mut random = Random(0x7E7);
+        let mut random = Random::new(0x7E7);
         let texels = TEXTURE_SIDE as usize * TEXTURE_SIDE as usize;
         let texels: Vec<[u8; 4]> =
             (0..texels).map(|_| (random.bits() as u32).to_le_bytes()).collect();

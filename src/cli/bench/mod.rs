@@ -7,13 +7,14 @@ mod labels;
 mod machine;
 mod markdown;
 mod measure;
-mod random;
 mod reference;
 mod report;
 mod rungs;
 mod sampling;
 mod scenes;
 mod shaders;
+mod stress;
+mod stress_report;
 mod svg;
 mod yardstick;
 
@@ -31,6 +32,7 @@ use report::{Case, Report, Row, power};
 use rungs::{RungName, Rungs};
 use sampling::{Amount, Samples};
 use scenes::{MOST_ATTRIBUTES, Picture, SceneName};
+use stress::{Options, Until};
 
 /// Measures run time against error: each way of interpolating along a span, on the same polygons.
 ///
@@ -76,6 +78,19 @@ pub(crate) struct BenchArgs {
     #[arg(long)]
     quick: bool,
 
+    /// Instead: polygons that go step by step to an extreme, and how near their errors come to what
+    /// is promised. Fails if one is beyond.
+    #[arg(long, conflicts_with_all = ["svg", "heat", "scene", "rung", "w_ratio", "width", "simd"])]
+    stress: bool,
+
+    /// With --stress: a search that climbs towards the worst polygon, for so long.
+    #[arg(long, value_name = "SECONDS", requires = "stress", value_parser = seconds, allow_hyphen_values = true)]
+    search: Option<f64>,
+
+    /// With --stress: another number gives other polygons.
+    #[arg(long, value_name = "N", requires = "stress", default_value = "1")]
+    seed: u64,
+
     /// Instructions to draw with: auto (the widest), or scalar, sse2, sse4.2, avx2, avx512, neon or
     /// wasm, if the machine has them.
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = machine)]
@@ -95,9 +110,17 @@ fn w_ratio(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "give a number from 1 to 1000000".to_owned())
 }
 
+fn seconds(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number| (0.0..=1e6).contains(number));
+    number.ok_or_else(|| "give seconds, from 0 to 1000000".to_owned())
+}
+
 /// Measures what `args` asks for, and writes it.
 pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
     args.check()?;
+    if args.stress {
+        return run_stress(args);
+    }
     let plan = Plan::new(args);
     let cases = plan.cases();
     let mut progress = Progress::new("measuring");
@@ -286,18 +309,48 @@ fn draw_heat(
     Ok(())
 }
 
-/// Turns all that was measured into a file.
-type Format = fn(&Report) -> String;
+/// Stresses the bounds.
+fn run_stress(args: &BenchArgs) -> Result<(), Failure> {
+    let polygons = if args.quick { 100 } else { 1000 };
+    let search = args.search.map(|seconds| Until { tried: u64::MAX, seconds });
+    let mut progress = Progress::new("stressing");
+    let options = Options { polygons, search, seed: args.seed };
+    let rows = stress::run(options, &mut |done, all| progress.set(done, all))?;
+    drop(progress);
+    let markdown = || stress_report::markdown(&rows);
+    let json = || stress_report::json(&rows).to_string();
+    write_texts(&[(&args.json, &json), (&args.md, &markdown)], &markdown, Staged::default())?;
+    if rows.iter().any(|row| row.judged.worst.iter().flatten().any(|part| *part > 1.0)) {
+        return Err(Failure::new("an error is beyond its bound: see the entries above 1"));
+    }
+    Ok(())
+}
 
 /// Writes what is asked for: all of it, or nothing.
-fn write(args: &BenchArgs, report: &Report, mut staged: Staged) -> Result<(), Failure> {
-    let formats: [(_, Format); 3] =
-        [(&args.json, json::json), (&args.md, markdown::markdown), (&args.svg, svg::svg)];
-    let mut asked = args.heat.is_some();
-    for (sink, format) in formats {
+fn write(args: &BenchArgs, report: &Report, staged: Staged) -> Result<(), Failure> {
+    let (json, svg) = (|| json::json(report), || svg::svg(report));
+    let markdown = || markdown::markdown(report);
+    let texts: [Text<'_>; 3] = [(&args.json, &json), (&args.md, &markdown), (&args.svg, &svg)];
+    // Pictures are something, too.
+    let nothing = || String::new();
+    let or_else: &dyn Fn() -> String = if args.heat.is_some() { &nothing } else { &markdown };
+    write_texts(&texts, or_else, staged)
+}
+
+/// Where a text goes, if it is asked for, and how it is made.
+type Text<'a> = (&'a Option<Sink>, &'a dyn Fn() -> String);
+
+/// Writes the texts that are asked for, and if none is, prints `or_else`.
+fn write_texts(
+    texts: &[Text<'_>],
+    or_else: &dyn Fn() -> String,
+    mut staged: Staged,
+) -> Result<(), Failure> {
+    let mut asked = false;
+    for (sink, text) in texts {
         if let Some(sink) = sink {
             asked = true;
-            let text = format(report);
+            let text = text();
             staged.add(sink, |out| {
                 out.write_all(text.as_bytes())
                     .map_err(|e| Failure::new(format!("cannot write the results: {e}")))
@@ -305,5 +358,5 @@ fn write(args: &BenchArgs, report: &Report, mut staged: Staged) -> Result<(), Fa
         }
     }
     staged.commit()?;
-    if asked { Ok(()) } else { print(markdown::markdown(report).as_bytes()) }
+    if asked { Ok(()) } else { print(or_else().as_bytes()) }
 }

@@ -5,11 +5,11 @@
 
 use std::ops::Range;
 
-use super::random::Random;
 use super::reference::{Reference, Value};
 use super::rungs::{Prepared, RungName, Rungs};
 use super::scenes::Picture;
 use super::shaders::Capture;
+use super::stress::random::Random;
 use crate::failure::Failure;
 
 /// Pixels of a span's end that are taken.
@@ -79,14 +79,14 @@ impl Samples {
             stride,
             pixels,
         };
-        let mut random = Random(0xE22);
+        let mut random = Random::new(0xE22);
         for facet in &picture.facets {
             prepared.set(facet, 0, 0);
             let first = samples.list.len();
             for span in &prepared.spans {
-                let ends = random.chance(at_ends);
+                let ends = random.unit() < at_ends;
                 for x in span.start..span.end {
-                    let even = random.chance(even);
+                    let even = random.unit() < even;
                     let at_end = x < span.start + END || x >= span.end - END;
                     if even || (ends && at_end) {
                         samples.list.push(Sample { x, y: span.row, even });

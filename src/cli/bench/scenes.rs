@@ -7,7 +7,7 @@
 use clap::ValueEnum;
 use hyperspan::space::Viewport;
 
-use super::random::Random;
+use super::stress::random::Random;
 use crate::failure::Failure;
 
 /// A scene; its w ratio, number of attributes and size are parameters.
@@ -81,7 +81,7 @@ impl Picture {
             facets: Vec::new(),
             attributes,
             far: w_ratio,
-            random: Random(0x5EED + u64::from(width)),
+            random: Random::new(0x5EED + u64::from(width)),
         };
         match scene {
             SceneName::Floor => maker.floor([1.0, 0.0]),
@@ -209,16 +209,16 @@ impl Maker {
 
     /// A place in a box of the picture whose sides are `size` of the picture's.
     fn near(&mut self, centre: [f64; 2], size: f64) -> [f64; 2] {
-        centre.map(|c| c + self.random.between(-size, size))
+        centre.map(|c| c + self.random.within(-size, size))
     }
 
     fn anywhere(&mut self) -> [f64; 2] {
-        [self.random.between(-0.9, 0.9), self.random.between(-0.9, 0.9)]
+        [self.random.within(-0.9, 0.9), self.random.within(-0.9, 0.9)]
     }
 
     /// A w between the ends, its logarithm evenly spread.
     fn any_w(&mut self) -> f64 {
-        libm::pow(self.far, self.random.between(0.0, 1.0))
+        libm::pow(self.far, self.random.within(0.0, 1.0))
     }
 
     fn triangle(&mut self) {
@@ -251,7 +251,7 @@ impl Maker {
         let sides = 4 + self.random.bits() % 5;
         let mut points = Vec::new();
         for (i, point) in ROUND.iter().enumerate() {
-            let kept = i % 6 == 0 || self.random.chance((sides - 2) as f64 / 10.0);
+            let kept = i % 6 == 0 || self.random.unit() < (sides - 2) as f64 / 10.0;
             if kept || points.len() + (ROUND.len() - i) <= 4 {
                 points.push(point.map(|c| c / 256.0));
             }
@@ -264,7 +264,7 @@ impl Maker {
         let from = self.anywhere();
         let to = self.near(from, 0.8);
         // A hundredth of a pixel to three, in the units of a picture that is 2 high.
-        let pixels = libm::pow(300.0, self.random.between(0.0, 1.0)) / 100.0;
+        let pixels = libm::pow(300.0, self.random.within(0.0, 1.0)) / 100.0;
         let thickness = pixels * 2.0 / f64::from(height);
         let third = [from[0], from[1] + thickness];
         let ws = [1.0, self.far, self.any_w()];

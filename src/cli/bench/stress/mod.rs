@@ -10,7 +10,7 @@
 //! - `search`  the climb
 
 pub(crate) mod judge;
-mod random;
+pub(crate) mod random;
 mod search;
 mod shape;
 mod sweeps;
