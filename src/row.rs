@@ -155,18 +155,19 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
         }
     }
 
-    /// Looks whether all of `count` attributes are plain and over w, and prepares them.
+    /// Looks whether all of `count` attributes are plain, and all or none over w, and prepares them.
     #[inline(always)]
     fn prepare(&mut self, count: usize, lanes: &mut Vec<[f32; BLOCK]>) {
         self.walker.need_attributes(lanes);
         self.attributes_are = Attributes::General;
-        let fields = &self.walker.polygon.gradients.attributes;
+        let gradients = &self.walker.polygon.gradients;
+        let (fields, over_w) = (&gradients.attributes, gradients.divides);
         if fields.len() != count {
             return;
         }
         for (row, field) in self.attributes.iter_mut().zip(fields) {
             let Field::Plain(plain) = field else { return };
-            if !plain.over_w {
+            if plain.over_w != over_w {
                 return;
             }
             *row = PlainRow::new(self.walker.simd, plain, self.walker.place.v);
@@ -202,9 +203,16 @@ impl<S: Simd> Values for AlongSpans<'_, S> {
             if self.attributes_are == Attributes::Prepared
                 && let Some(lanes) = lanes.get_mut(..count)
             {
-                let (us, r) = (self.walker.place.us, self.walker.reciprocals());
-                for (row, lanes) in self.attributes[..count].iter().zip(lanes) {
-                    row.clamped(row.numerators(us) * r).store_array(lanes);
+                let us = self.walker.place.us;
+                if self.walker.polygon.gradients.divides {
+                    let r = self.walker.reciprocals();
+                    for (row, lanes) in self.attributes[..count].iter().zip(lanes) {
+                        row.clamped(row.numerators(us) * r).store_array(lanes);
+                    }
+                } else {
+                    for (row, lanes) in self.attributes[..count].iter().zip(lanes) {
+                        row.clamped(row.numerators(us)).store_array(lanes);
+                    }
                 }
                 return;
             }

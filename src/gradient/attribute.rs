@@ -2,7 +2,10 @@
 
 use super::frame::{Bounded, Frame, U, nearby};
 use super::triple::{self, AffineFrame};
-use super::{Field, Gradients, Strict, Subject, TRUSTED, WORTH_EXACT_SETUP, exact_values, fits};
+use super::{
+    ConstantAlong, Field, Gradients, Strict, Subject, TRUSTED, WORTH_EXACT_SETUP, exact_values,
+    fits,
+};
 use crate::across::Carried;
 use crate::exact::Dyadic;
 use crate::varying::{CANONICAL_NAN, Interpolation};
@@ -32,10 +35,27 @@ impl Gradients {
             };
             self.attributes.push(field);
         }
+        if self.constant == ConstantAlong::Polygon && !self.strict {
+            self.divide_once();
+        }
         self.divides = self
             .attributes
             .iter()
             .any(|field| matches!(field, Field::Plain(plain) if plain.over_w));
+    }
+
+    /// Divides what is plain by Q, which is the same all over: one rounding for each value is left,
+    /// and no product.
+    #[inline(always)]
+    fn divide_once(&mut self) {
+        for field in &mut self.attributes {
+            if let Field::Plain(plain) = field
+                && plain.over_w
+            {
+                plain.numerator = plain.numerator.scaled(1.0 / self.unit_q.c);
+                plain.over_w = false;
+            }
+        }
     }
 
     /// Attribute `k`, which is affine and not constant.
