@@ -70,6 +70,7 @@ pub(crate) struct Bits<const N: usize>;
 impl<const N: usize> Shader for Bits<N> {
     type Pixel = [u8; 4];
     const INPUTS: Inputs = Inputs::attributes(N);
+    const KEEPS_ALL: bool = true;
 
     #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, out: &mut [[u8; 4]; BLOCK]) -> u16 {

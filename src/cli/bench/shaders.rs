@@ -10,6 +10,7 @@ pub(crate) struct Bits<const N: usize>;
 impl<const N: usize> Shader for Bits<N> {
     type Pixel = u32;
     const INPUTS: Inputs = Inputs::attributes(N);
+    const KEEPS_ALL: bool = true;
 
     #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, out: &mut [u32; BLOCK]) -> u16 {
@@ -33,6 +34,7 @@ pub(crate) struct Textured<'a>(pub(crate) &'a Texture);
 impl Shader for Textured<'_> {
     type Pixel = [u8; 4];
     const INPUTS: Inputs = Inputs::attributes(2);
+    const KEEPS_ALL: bool = true;
 
     #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, out: &mut [[u8; 4]; BLOCK]) -> u16 {
