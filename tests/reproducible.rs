@@ -386,6 +386,66 @@ impl Shader for Sieve {
     }
 }
 
+/// The bits of two attributes. With `WHOLE` blocks are shaded in place and no more is asked for
+/// than that, without, everything is, and every block is copied.
+struct Pairs<const WHOLE: bool>;
+
+impl<const WHOLE: bool> Shader for Pairs<WHOLE> {
+    type Pixel = [u32; 2];
+    const INPUTS: Inputs = if WHOLE { Inputs::attributes(2) } else { Inputs::ALL };
+    const KEEPS_ALL: bool = WHOLE;
+
+    fn shade(&mut self, block: &Block<'_>, out: &mut [[u32; 2]; BLOCK]) -> u16 {
+        for (lane, pixel) in out.iter_mut().enumerate() {
+            *pixel = [0, 1].map(|k| block.attributes.get(k).map_or(7, |a| a[lane].to_bits()));
+        }
+        block.mask
+    }
+}
+
+/// Whole blocks in the target's rows, and rows that are prepared, change nothing: rows of any
+/// length, whatever is hidden, and none of what lies between the rows.
+#[test]
+fn reproducible_in_place_or_copied() {
+    const STRIDE: usize = 211;
+    const HEIGHT: u32 = 23;
+    let list = prop::collection::vec((anything(), depth_tests()), 1..4);
+    let strategy = (list, 1..200_u32, -40..5_i32, 0..6_usize);
+    let tally = Tally::default();
+    let cases =
+        check(file!(), "reproducible_in_place", 1500, &strategy, |(list, width, x, two)| {
+            let area = STRIDE * HEIGHT as usize;
+            let (mut depths, mut in_place) = (vec![0.5_f32; area], vec![[9_u32; 2]; area]);
+            let (mut right_depths, mut copied) = (depths.clone(), in_place.clone());
+            let mut tiler = Tiler::new(Viewport::new(0, 0, 170, HEIGHT).expect("small"));
+            tiler.set_origin(x, 0);
+            for ((view, poly), test) in &list {
+                // Most shaders read so many, most polygons have more: cut them.
+                let mut poly = poly.clone();
+                poly.attributes.iter_mut().for_each(|a| a.truncate(if two > 0 { 2 } else { 9 }));
+                tiler
+                    .set_depth_test(*test)
+                    .set_precision(view.precision)
+                    .set_interpolation(&view.interpolation);
+                fn plane<P: Copy>(data: &mut [P], width: u32) -> Plane<'_, P> {
+                    Plane::with_stride(data, width, HEIGHT, STRIDE).expect("its size")
+                }
+                let (mut target, mut depth) =
+                    (plane(&mut in_place, width), plane(&mut depths, width));
+                tiler.draw(&poly, &mut Pairs::<true>, &mut target, Some(&mut depth));
+                let (mut target, mut depth) =
+                    (plane(&mut copied, width), plane(&mut right_depths, width));
+                tiler.draw(&poly, &mut Pairs::<false>, &mut target, Some(&mut depth));
+                let bits = |d: &[f32]| d.iter().map(|d| d.to_bits()).collect::<Vec<_>>();
+                prop_assert_eq!(bits(&depths), bits(&right_depths));
+                prop_assert_eq!(&in_place, &copied);
+            }
+            tally.add(in_place.iter().filter(|pixel| **pixel != [9; 2]).count());
+            Ok(())
+        });
+    tally.report("pixels drawn", 100 * cases);
+}
+
 /// Several targets at once get what each alone would.
 #[test]
 fn reproducible_in_several_targets_at_once() {
