@@ -213,7 +213,11 @@ fn bad_usage_says_what_to_do() {
         ("render m.obj --ortho 2 --fov-y 40 -o out.png", "cannot be used with"),
         ("render m.obj --intrinsics 0,1,2,3 -o out.png", "FX,FY,CX,CY"),
         ("render -o out.png", "required"),
-        ("bench", "bench"),
+        ("draw", "draw"),
+        ("bench --search 3", "--stress"),
+        ("bench --stress --search -1", "seconds"),
+        ("bench --stress --svg chart.svg", "cannot be used with"),
+        ("bench --json - --md -", "standard output"),
     ] {
         folder.bad(arguments, wanted);
     }
