@@ -47,6 +47,10 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 if mask != 0 {
                     self.paint_part(&mut walker, at(x), mask, depths.as_deref_mut());
                 }
+                // Beyond the last block there may be no number for a column.
+                if end - x <= BLOCK_COLUMNS {
+                    break;
+                }
                 x += BLOCK_COLUMNS;
                 walker.advance();
             }
