@@ -141,7 +141,6 @@ pub trait Shader {
 /// A closure that is called for each pixel that passes.
 impl<P: Copy + Default, F: FnMut(&Fragment<'_>) -> P> Shader for F {
     type Pixel = P;
-    const KEEPS_ALL: bool = true;
 
     #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, out: &mut [P; BLOCK]) -> u16 {

@@ -31,7 +31,8 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
             while x < end {
                 let at =
                     |x: i32| RunAt { span, first: [x, y], column: x.wrapping_sub(origin[0]), row };
-                let whole = if x < start { 0 } else { (end - x) / BLOCK_COLUMNS };
+                // Closures, of which there may be many, are compiled once less.
+                let whole = if S::KEEPS_ALL && x >= start { (end - x) / BLOCK_COLUMNS } else { 0 };
                 let mask = if whole > 0 {
                     let (done, mask) =
                         self.paint_whole(&mut walker, at(x), whole, depths.as_deref_mut());
@@ -74,9 +75,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         let mut stored = depths.map(|row| {
             row[start as usize..start as usize + blocks * BLOCK].as_chunks_mut().0.iter_mut()
         });
-        let in_place =
-            if S::KEEPS_ALL { self.target.blocks(start, at.row, blocks) } else { &mut [] };
-        let mut pixels = in_place.iter_mut();
+        let mut pixels = self.target.blocks(start, at.row, blocks).iter_mut();
         let mut first = at.first;
         for done in 0..count {
             let mut mask = u16::MAX;
