@@ -80,8 +80,7 @@ pub(crate) fn of_attributes(samples: &Samples, found: &[f32], rung: RungName) ->
                 RungName::Fast => {
                     let bound = 4.0 * U * right.high.abs() + 3.0 * U * largest;
                     // In ulp, so that it can be told.
-                    let bound = if distance > 0.0 { bound * (ulp / distance) } else { 0.0 };
-                    promise.take(ulp, bound);
+                    promise.take(ulp, bound / right.unit());
                 }
                 _ => {}
             }
@@ -189,4 +188,21 @@ fn right_texel(coordinate: Value) -> f64 {
     let product = coordinate.high * f64::from(TEXTURE_SIDE);
     let whole = product.floor();
     if whole == product && coordinate.low < 0.0 { whole - 1.0 } else { whole }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Comparisons with NaN are false: it must not pass for the best of all values.
+    #[test]
+    fn what_is_no_number_keeps_no_bound() {
+        let right = Value { high: 0.75, low: 0.0, error: 0.0 };
+        let (mut tally, mut promise) = (Tally::default(), Kept::default());
+        for found in [f32::NAN, 0.75] {
+            tally.take(right.ulp(found), true);
+            promise.take(right.ulp(found), 0.5);
+        }
+        assert_eq!((tally.max, promise.worst), (f64::INFINITY, f64::INFINITY));
+    }
 }

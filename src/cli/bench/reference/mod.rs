@@ -40,10 +40,11 @@ impl Value {
         f64::from_bits(((bits >> 52).max(LEAST_EXPONENT) - 23) << 52)
     }
 
-    /// |`computed` - value|, rounded to `f64`.
+    /// |`computed` - value|, rounded to `f64`; what is no number is infinitely far.
     pub(crate) fn distance(self, computed: f32) -> f64 {
         // Exact wherever they are near each other.
-        (f64::from(computed) - self.high - self.low).abs()
+        let off = (f64::from(computed) - self.high - self.low).abs();
+        if off.is_nan() { f64::INFINITY } else { off }
     }
 
     /// Exactly `value`.

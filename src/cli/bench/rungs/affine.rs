@@ -46,9 +46,15 @@ impl Rung for AffinePolygon {
         first: i32,
         out: &mut [[f32; BLOCK]],
     ) {
-        for (line, out) in self.lines.iter().zip(out) {
-            line.values(simd, first).store_slice(out);
-        }
+        values_of_lines(simd, &self.lines, first, out);
+    }
+}
+
+/// The values of `lines` at 16 pixels, from the span's pixel `first` on.
+#[inline(always)]
+fn values_of_lines<S: Simd>(simd: S, lines: &[Line], first: i32, out: &mut [[f32; BLOCK]]) {
+    for (line, out) in lines.iter().zip(out) {
+        line.values(simd, first).store_slice(out);
     }
 }
 
@@ -116,9 +122,7 @@ impl Rung for AffineSpan {
         first: i32,
         out: &mut [[f32; BLOCK]],
     ) {
-        for (line, out) in self.lines.iter().zip(out) {
-            line.values(simd, first).store_slice(out);
-        }
+        values_of_lines(simd, &self.lines, first, out);
     }
 }
 

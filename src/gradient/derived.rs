@@ -1,0 +1,120 @@
+//! Set-up of what follows from the plane alone: depth, 1/w and w.
+
+use super::frame::{Linear, U, nearby};
+use super::{Field, Gradients, Plain, Strict, Subject, WITHIN_ULP, nearest_f32};
+use crate::across::Carried;
+use crate::exact::Dyadic;
+use crate::fixed::power_of_two;
+use crate::space::DepthRange;
+
+impl Gradients {
+    /// Depth, 1/w and w.
+    #[inline(always)]
+    pub(super) fn set_derived(&mut self, subject: &Subject<'_>) {
+        let wanted = subject.wanted;
+        let flat = self.shape.is_none_or(|shape| shape.flat);
+        (self.depth, self.inv_w, self.w) = (None, None, None);
+        if wanted.depth {
+            self.depth = Some(if flat {
+                self.depth_field(subject)
+            } else {
+                Field::Across(Carried::Depth(subject.viewport.depth_range()), [0.0, 1.0])
+            });
+        }
+        if !(wanted.inv_w || wanted.w) {
+            return;
+        }
+        let scale = power_of_two(subject.exponent);
+        let [w_low, w_high] = subject.clipped_w.map(|w| w * scale);
+        if wanted.w {
+            let range = [w_low, w_high].map(nearest_f32);
+            // det/Q: a numerator that does not change. Always strict: what is plain in `f32` at
+            // one power of two need not be at another.
+            self.w = Some(if flat {
+                Field::Strict(Strict {
+                    numerator: Linear { x: 0.0, y: 0.0, c: self.w_scale },
+                    base: 0.0,
+                    scale: 1.0,
+                    error: self.w_scale.abs() * self.det_relative_error,
+                    over_w: true,
+                    range,
+                })
+            } else {
+                Field::Across(Carried::W, range)
+            });
+        }
+        if wanted.inv_w {
+            let range = [1.0 / w_high, 1.0 / w_low].map(nearest_f32);
+            let per_w = 1.0 / self.w_scale;
+            self.inv_w = Some(if !flat {
+                Field::Across(Carried::InvW, range)
+            } else if self.strict {
+                let error = self.q_error * per_w.abs();
+                Field::Strict(Strict {
+                    numerator: self.q,
+                    base: 0.0,
+                    scale: per_w,
+                    error,
+                    over_w: false,
+                    range,
+                })
+            } else {
+                Field::plain(self.q.scaled(per_w), false, range)
+            });
+        }
+    }
+
+    /// Depth over a flat polygon.
+    #[inline(always)]
+    fn depth_field(&self, subject: &Subject<'_>) -> Field {
+        let z = |i: usize| subject.depth_numerator(self.corners[i]);
+        let z = [z(0), z(1), z(2)];
+        if z == [0.0; 3] {
+            return Field::Constant(0.0);
+        }
+        if self.one_bound {
+            return self.depth_in_view(z);
+        }
+        let bounded = match self.exact.as_deref() {
+            None => {
+                let size = z[0].abs().max(z[1].abs()).max(z[2].abs());
+                // The sum and the difference, each rounded.
+                self.frame.combine([z[0], z[1] - z[0], z[2] - z[0]], 4.0 * U * size)
+            }
+            Some(frame) => nearby(&frame.combine(&self.exact_depths(subject)), self.reach),
+        };
+        let scale = 1.0 / self.det;
+        let range = [0.0, 1.0];
+        let plain = bounded.scaled(scale, self.reach);
+        // Also where the error is no number.
+        if self.strict || plain.error.is_nan() || plain.error >= 1.0 {
+            let error = bounded.error * scale.abs();
+            let numerator = bounded.linear;
+            return Field::Strict(Strict {
+                numerator,
+                base: 0.0,
+                scale,
+                error,
+                over_w: false,
+                range,
+            });
+        }
+        Field::Plain(Plain {
+            numerator: plain.linear,
+            over_w: false,
+            doubtful_below: plain.error * WITHIN_ULP,
+            range,
+        })
+    }
+
+    /// base, b and c of a [`frame::ExactFrame::combine`] for depth.
+    pub(super) fn exact_depths(&self, subject: &Subject<'_>) -> [Dyadic; 3] {
+        let [a, b, c] = self.corners.map(|[_, _, z, w]| match subject.viewport.depth_range() {
+            DepthRange::ZeroToOne => Dyadic::from_f64(z),
+            DepthRange::MinusOneToOne => {
+                Dyadic::from_f64(z).add(&Dyadic::from_f64(w)).mul(&Dyadic::from_f64(0.5))
+            }
+        });
+        [a.clone(), b.sub(&a), c.sub(&a)]
+    }
+}
