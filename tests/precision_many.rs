@@ -7,9 +7,11 @@
 #[expect(dead_code, reason = "each test file uses a part of it")]
 mod oracle;
 
-use hyperspan::shade::Fragment;
+use hyperspan::depth::DepthTest;
+use hyperspan::shade::{Fragment, Solid};
+use hyperspan::space::Viewport;
 use hyperspan::target::Plane as Target;
-use hyperspan::tiler::Precision;
+use hyperspan::tiler::{Precision, Tiler};
 use oracle::Poly;
 use oracle::plane::quick::{Known, Quick};
 use oracle::plane::{Plane, Right};
@@ -144,4 +146,42 @@ fn precision_of_a_million_pixels() {
 #[ignore = "takes minutes"]
 fn precision_of_a_hundred_million_pixels() {
     println!("{:#?}", compare(100_000_000));
+}
+
+/// Depth as it is tested and stored, along spans that begin where it is next to nothing: there an
+/// error that is small beside the rest of the span is many units of the last place.
+#[test]
+fn precision_of_stored_depth_next_to_zero() {
+    const WIDTH: u32 = 170;
+    let viewport = Viewport::new(0, 0, WIDTH, 3).expect("small");
+    let mut state = 7_u64;
+    let mut random = |least: f64, most: f64| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        least + (most - least) * ((state >> 33) as f64 / f64::from(u32::MAX / 2))
+    };
+    let mut tiny = 0;
+    for case in 0..500 {
+        let zero = (random(3.0, 90.0).floor() + 0.5) * 2.0 / f64::from(WIDTH) - 1.0;
+        let (slope, off) = (random(0.1, 0.3), random(1e-12, 1e-9));
+        let corners = [[-1.0, -1.0], [3.0, -1.0], [-1.0, 3.0]];
+        let positions = corners.map(|[x, y]| {
+            let w = random(0.5, 2.0);
+            [x * w, y * w, slope * (x - zero + off) * w, w]
+        });
+        let poly = Poly::bare(&positions);
+        let depths = [Precision::Fast, Precision::Exact].map(|precision| {
+            let mut depths = [1.0_f32; WIDTH as usize * 3];
+            let mut buffer = Target::new(&mut depths, WIDTH, 3).expect("its size");
+            let mut tiler = Tiler::new(viewport);
+            tiler.set_precision(precision).set_depth_test(DepthTest::STANDARD);
+            tiler.draw(&poly, &mut Solid(()), &mut (), Some(&mut buffer));
+            depths
+        });
+        for (fast, exact) in depths[0].iter().zip(depths[1]) {
+            tiny += usize::from(exact > 0.0 && exact < 1e-8);
+            let ulps = fast.to_bits().abs_diff(exact.to_bits());
+            assert!(ulps <= 1, "case {case}: {fast:e} is {ulps} units from {exact:e}");
+        }
+    }
+    assert!(tiny > 1000, "only {tiny} depths next to nothing");
 }
