@@ -208,6 +208,12 @@ impl Clipper {
         }));
     }
 
+    /// Takes over the planes of `other`.
+    pub(crate) fn set_as(&mut self, other: &Self) {
+        self.depth_range = other.depth_range;
+        self.planes.clone_from(&other.planes);
+    }
+
     /// Are there planes beside the view volume's?
     pub(crate) fn has_user_planes(&self) -> bool {
         self.planes.len() > FIXED_PLANES

@@ -57,6 +57,7 @@ mod exact;
 pub mod varying;
 pub mod placed;
 pub mod polygon;
+pub mod batch;
 pub mod clip;
 pub mod divide;
 pub mod edge;

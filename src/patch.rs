@@ -2,11 +2,12 @@
 //!
 //! A triangle of a few pixels costs more in edges and spans than in pixels. Here its bounding
 //! box is cut into *patches*, as many whole rows as 16 lanes hold, and a lane is covered if its
-//! centre is on the inner side of three edge functions (Pineda 1988). They are whole numbers
-//! below 2^53, so `f64` has them exactly, and the rule is that of the Y loop: a centre on a left
-//! or a top edge is in.
+//! centre is on the inner side of three edge functions (Pineda 1988). From one centre to the next
+//! they change by whole pixels' worth, so that what is less than a pixel's worth of the first never
+//! decides: `i32` has the rest exactly, and the rule is that of the Y loop: a centre on a left or a
+//! top edge is in.
 
-use fearless_simd::{Simd, SimdBase, SimdMask, f64x8, mask64x8};
+use fearless_simd::{Simd, SimdBase, SimdMask, i32x16};
 
 use crate::fixed::Subpixel;
 use crate::lanes::low_bits;
@@ -14,10 +15,7 @@ use crate::shade::BLOCK;
 use crate::space::PixelRect;
 
 /// Patches of a triangle, at most.
-const MOST: usize = 8;
-
-/// A pixel's side, with 16 fraction bits.
-const PIXEL: f64 = (1 << Subpixel::FRACTION_BITS) as f64;
+pub(crate) const MOST: usize = 8;
 
 /// The covered pixels of a small triangle.
 #[derive(Clone, Copy, Debug, Default)]
@@ -56,6 +54,12 @@ impl Patch {
 }
 
 impl Patches {
+    /// Are there few enough patches in `bounds`?
+    #[inline(always)]
+    pub(crate) fn are_few(bounds: PixelRect) -> bool {
+        Self::of(bounds).is_some()
+    }
+
     /// The patches of `bounds`, if they are few; nothing is covered yet.
     #[inline(always)]
     pub(crate) fn of(bounds: PixelRect) -> Option<Self> {
@@ -76,13 +80,12 @@ impl Patches {
     }
 
     /// Finds what the triangle covers within `window`: `vertices` from the first pixel's centre,
-    /// whole numbers with 16 fraction bits. `front`: counter-clockwise with y up. Returns pixels
-    /// and spans.
+    /// with 16 fraction bits. `front`: counter-clockwise with y up. Returns pixels and spans.
     #[inline(always)]
     pub(crate) fn cover<S: Simd>(
         &mut self,
         simd: S,
-        vertices: [[f64; 2]; 3],
+        vertices: [[i32; 2]; 3],
         front: bool,
         window: PixelRect,
     ) -> (u64, u64) {
@@ -91,30 +94,32 @@ impl Patches {
         let (b, c) = if front { (c, b) } else { (b, c) };
         let edges = [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)];
         if self.pixels_of_box == 1 {
-            let inside = edges[0].start >= 0.0 && edges[1].start >= 0.0 && edges[2].start >= 0.0;
-            self.masks[0] = u16::from(inside && window.contains(self.bounds()));
+            let inside = edges[0].start | edges[1].start | edges[2].start;
+            self.masks[0] = u16::from(inside >= 0 && window.contains(self.bounds()));
             return (self.masks[0].into(), self.masks[0].into());
         }
         let columns = usize::from(self.columns);
         let in_rows = u16::MAX >> (16 - self.columns * self.rows);
         let seen_whole = window.contains(self.bounds());
-        let few = self.count == 1 && self.pixels_of_box <= 8;
-        let (mut pixels, mut spans, mut row) = (0, 0, 0.0);
+        let [a, b, c] = edges;
+        let (at_a, at_b, at_c) =
+            (a.lanes(simd, columns), b.lanes(simd, columns), c.lanes(simd, columns));
+        let (mut pixels, mut spans, mut row) = (0, 0, 0);
         for i in 0..self.count {
-            let mut mask = covered(simd, edges, columns, row, 0);
-            if !few {
-                mask |= covered(simd, edges, columns, row, 1) << 8;
-            }
-            mask &= in_rows;
-            self.masks[i] = mask;
+            // A bit that is set in any of them is that of a negative number.
+            let any = (at_a + i32x16::splat(simd, row * a.step_y))
+                | (at_b + i32x16::splat(simd, row * b.step_y))
+                | (at_c + i32x16::splat(simd, row * c.step_y));
+            let outside = any.simd_lt(i32x16::splat(simd, 0));
+            let mut mask = !low_bits(outside.to_bitmask()) & in_rows;
             if !seen_whole {
-                self.cut(i, window);
-                mask = self.masks[i];
+                mask &= self.seen(row, window);
             }
+            self.masks[i] = mask;
             pixels += mask.count_ones();
             // A row's run begins where the lane before is not set, or is in the row above.
             spans += (mask & !(mask << 1 & !FIRST_LANES[columns])).count_ones();
-            row += f64::from(self.rows);
+            row += i32::from(self.rows);
         }
         (pixels.into(), spans.into())
     }
@@ -128,72 +133,80 @@ impl Patches {
         PixelRect::new(self.first[0], self.first[1], u32::from(self.columns), rows)
     }
 
-    /// Takes out of patch `i` what is not in `window`.
+    /// The lanes of the patch that begins `row` rows below the first one that lie in `window`.
     #[cold]
-    fn cut(&mut self, i: usize, window: PixelRect) {
-        let patch = self.patch(i);
-        for lane in 0..16_u16 {
-            let x = patch.first[0].saturating_add(i32::from(lane % patch.columns));
-            let y = patch.first[1].saturating_add(i32::from(lane / patch.columns));
-            if !window.contains(PixelRect::new(x, y, 1, 1)) {
-                self.masks[i] &= !(1 << lane);
+    fn seen(&self, row: i32, window: PixelRect) -> u16 {
+        let [x, y] = [self.first[0], self.first[1].saturating_add(row)];
+        // Columns and rows of the patch: the bits from one number to another.
+        let between = |start: i32, end: i32, at: i32, most: u16| {
+            let [start, end] = [start, end].map(|c| c.saturating_sub(at).clamp(0, most.into()));
+            (1_u32 << end).wrapping_sub(1 << start.min(end))
+        };
+        let columns = between(window.x0, window.x1, x, self.columns);
+        let rows = between(window.y0, window.y1, y, self.rows);
+        let first_lanes = u32::from(FIRST_LANES[usize::from(self.columns)]);
+        let mut lanes = columns * first_lanes;
+        // Of rows all lanes or none: those from the first one's first to the last one's last.
+        let lane_of = |row: u32| row * u32::from(self.columns);
+        lanes &= match rows {
+            0 => 0,
+            _ => {
+                let (first, last) = (rows.trailing_zeros(), 32 - rows.leading_zeros());
+                (1_u32 << lane_of(last)).wrapping_sub(1 << lane_of(first))
             }
-        }
+        };
+        (lanes & 0xFFFF) as u16
     }
 
+    /// Patch `i`.
     #[inline(always)]
-    fn patch(&self, i: usize) -> Patch {
+    pub(crate) fn patch(&self, i: usize) -> Patch {
         let Self { first: [x, y], columns, rows, .. } = *self;
-        let above = i32::try_from(i).unwrap_or(0) * i32::from(rows);
+        let above = i as i32 * i32::from(rows);
         Patch { first: [x, y.wrapping_add(above)], columns, mask: self.masks[i] }
     }
 
-    /// Those of which something is covered.
+    /// How many there are; some may cover nothing.
     #[inline(always)]
-    pub(crate) fn iter(&self) -> impl Iterator<Item = Patch> {
-        (0..self.count).map(|i| self.patch(i)).filter(|patch| patch.mask != 0)
+    pub(crate) fn count(&self) -> usize {
+        self.count.min(MOST)
     }
 }
 
-/// An edge function: not negative at the centres that are on the inner side.
+/// An edge function, over a pixel's side: not negative at the centres on the inner side. Of a
+/// triangle that has patches, no number here reaches 2^30.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
-    /// At the first pixel's centre.
-    start: f64,
-    /// A column to the right, a row down.
-    step_x: f64,
-    step_y: f64,
+    /// At the first pixel's centre, rounded down.
+    start: i32,
+    /// A column to the right, a row down: 16 fraction bits.
+    step_x: i32,
+    step_y: i32,
 }
 
 impl Edge {
     /// From `p` to `q`, with the inside on the left where y points down.
     #[inline(always)]
-    fn new([px, py]: [f64; 2], [qx, qy]: [f64; 2]) -> Self {
+    fn new([px, py]: [i32; 2], [qx, qy]: [i32; 2]) -> Self {
         let (dx, dy) = (qx - px, qy - py);
         // On the edge itself: is a point a hair to the right, and a hair's hair below, inside?
-        let owns = dy < 0.0 || dy == 0.0 && dx > 0.0;
-        let start = dy * px - dx * py - if owns { 0.0 } else { 1.0 };
-        Self { start, step_x: -dy * PIXEL, step_y: dx * PIXEL }
+        let owns = dy < 0 || dy == 0 && dx > 0;
+        let (across, down) = (i64::from(dy) * i64::from(px), i64::from(dx) * i64::from(py));
+        let start = across - down - i64::from(!owns);
+        #[expect(clippy::cast_possible_truncation, reason = "below 2^30")]
+        let start = (start >> Subpixel::FRACTION_BITS) as i32;
+        Self { start, step_x: -dy, step_y: dx }
     }
 
-    /// Which of the centres `xs` columns and `ys` rows from the first of row `row` are inside.
+    /// At the lanes of a patch of so many columns that begins with the first pixel.
     #[inline(always)]
-    fn inside<S: Simd>(self, simd: S, xs: f64x8<S>, ys: f64x8<S>, row: f64) -> mask64x8<S> {
-        let start = f64x8::splat(simd, self.start + row * self.step_y);
-        let in_row = f64x8::splat(simd, self.step_x) * xs;
-        let value = start + in_row + f64x8::splat(simd, self.step_y) * ys;
-        value.simd_ge(f64x8::splat(simd, 0.0))
+    fn lanes<S: Simd>(self, simd: S, columns: usize) -> i32x16<S> {
+        let across = i32x16::from_slice(simd, &LANE_COLUMNS[columns]);
+        let down = i32x16::from_slice(simd, &LANE_ROWS_DOWN[columns]);
+        i32x16::splat(simd, self.start)
+            + i32x16::splat(simd, self.step_x) * across
+            + i32x16::splat(simd, self.step_y) * down
     }
-}
-
-/// The lanes of one `half` of a patch, whose first row is `row`, that are inside of all `edges`.
-#[inline(always)]
-fn covered<S: Simd>(simd: S, edges: [Edge; 3], columns: usize, row: f64, half: usize) -> u16 {
-    let xs = f64x8::from_slice(simd, &COLUMNS[columns][8 * half..8 * half + 8]);
-    let ys = f64x8::from_slice(simd, &LANE_ROWS[columns][8 * half..8 * half + 8]);
-    let [a, b, c] = edges;
-    let inside = a.inside(simd, xs, ys, row) & b.inside(simd, xs, ys, row);
-    low_bits((inside & c.inside(simd, xs, ys, row)).to_bitmask())
 }
 
 /// For each number of columns: how many whole rows 16 lanes hold.
@@ -227,6 +240,24 @@ pub(crate) static COLUMNS: [[f64; BLOCK]; BLOCK + 1] = places(false);
 
 /// For each number of columns: each lane's row.
 pub(crate) static LANE_ROWS: [[f64; BLOCK]; BLOCK + 1] = places(true);
+
+/// The same as whole numbers.
+static LANE_COLUMNS: [[i32; BLOCK]; BLOCK + 1] = whole(false);
+static LANE_ROWS_DOWN: [[i32; BLOCK]; BLOCK + 1] = whole(true);
+
+const fn whole(rows: bool) -> [[i32; BLOCK]; BLOCK + 1] {
+    let mut places = [[0; BLOCK]; BLOCK + 1];
+    let mut columns = 1;
+    while columns <= BLOCK {
+        let mut lane = 0;
+        while lane < BLOCK {
+            places[columns][lane] = (if rows { lane / columns } else { lane % columns }) as i32;
+            lane += 1;
+        }
+        columns += 1;
+    }
+    places
+}
 
 /// For each number of columns: each lane's column and row.
 static OFFSETS: [[[u8; 2]; BLOCK]; BLOCK + 1] = {

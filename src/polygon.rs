@@ -45,6 +45,38 @@ pub trait Polygon {
     }
 }
 
+impl<V: Polygon + ?Sized> Polygon for &V {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        (**self).len()
+    }
+
+    #[inline(always)]
+    fn attribute_count(&self) -> usize {
+        (**self).attribute_count()
+    }
+
+    #[inline(always)]
+    fn position(&self, i: usize) -> [f64; 4] {
+        (**self).position(i)
+    }
+
+    #[inline(always)]
+    fn attribute(&self, i: usize, k: usize) -> f32 {
+        (**self).attribute(i, k)
+    }
+
+    #[inline(always)]
+    fn placed(&self) -> Option<&Placed> {
+        (**self).placed()
+    }
+
+    #[inline(always)]
+    fn placed_index(&self, i: usize) -> usize {
+        (**self).placed_index(i)
+    }
+}
+
 /// A vertex with `N` attributes. An array or a slice of them is a [`Polygon`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vertex<const N: usize, P = [f32; 4]> {
@@ -186,6 +218,16 @@ impl<'a, V: Polygon + ?Sized> Indexed<'a, V> {
 }
 
 impl<'a, V: ?Sized> Indexed<'a, V> {
+    /// The same of indices that are known to name vertices.
+    #[inline(always)]
+    pub(crate) fn of_checked(
+        vertices: &'a V,
+        indices: &'a [u32],
+        placed: Option<&'a Placed>,
+    ) -> Self {
+        Self { vertices, indices, placed }
+    }
+
     /// With the places of all the vertices of the list.
     pub fn with_placed(self, placed: &'a Placed) -> Self {
         Self { placed: Some(placed), ..self }

@@ -57,6 +57,17 @@ pub enum DepthRange {
     MinusOneToOne,
 }
 
+impl DepthRange {
+    /// What over w is depth.
+    #[inline(always)]
+    pub(crate) fn numerator(self, [_, _, z, w]: [f64; 4]) -> f64 {
+        match self {
+            Self::ZeroToOne => z,
+            Self::MinusOneToOne => (z + w) / 2.0,
+        }
+    }
+}
+
 /// The subpixel grid that vertices are snapped to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Grid {

@@ -64,11 +64,30 @@ pub(crate) struct InPatch<S: Simd> {
     vs: Wide<S>,
 }
 
+impl<S: Simd> InPatch<S> {
+    /// The lanes of `patch`.
+    #[inline(always)]
+    pub(crate) fn new(simd: S, patch: Patch, [anchor_x, anchor_y]: [i32; 2]) -> Self {
+        let columns = usize::from(patch.columns);
+        let (u, v) = (patch.first[0] - anchor_x, patch.first[1] - anchor_y);
+        Self {
+            us: Wide::load(simd, &COLUMNS[columns]) + Wide::splat(simd, f64::from(u)),
+            vs: Wide::load(simd, &LANE_ROWS[columns]) + Wide::splat(simd, f64::from(v)),
+        }
+    }
+
+    /// `function` at the lanes.
+    #[inline(always)]
+    pub(crate) fn at(self, simd: S, function: Linear) -> Wide<S> {
+        let row = Wide::splat(simd, function.c) + Wide::splat(simd, function.y) * self.vs;
+        row + Wide::splat(simd, function.x) * self.us
+    }
+}
+
 impl<S: Simd> Place<S> for InPatch<S> {
     #[inline(always)]
     fn linear(self, simd: S, function: Linear) -> Wide<S> {
-        let row = Wide::splat(simd, function.c) + Wide::splat(simd, function.y) * self.vs;
-        row + Wide::splat(simd, function.x) * self.us
+        self.at(simd, function)
     }
 
     #[inline(always)]
@@ -213,10 +232,7 @@ impl<'a, S: Simd> Walker<'a, S, InPatch<S>> {
         let (u, v) = (patch.first[0] - anchor_x, patch.first[1] - anchor_y);
         let same = polygon.gradients.constant == ConstantAlong::Polygon;
         (polygon.u, polygon.v, polygon.columns) = (u, v, patch.columns);
-        let columns = usize::from(patch.columns);
-        let us = Wide::load(simd, &COLUMNS[columns]) + Wide::splat(simd, f64::from(u));
-        let vs = Wide::load(simd, &LANE_ROWS[columns]) + Wide::splat(simd, f64::from(v));
-        self.place = InPatch { us, vs };
+        self.place = InPatch::new(simd, patch, [anchor_x, anchor_y]);
         self.keep_reciprocals_if(same);
     }
 }

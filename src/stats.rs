@@ -1,5 +1,7 @@
 //! Counts of what was drawn and what was skipped.
 
+use crate::gradient::ConstantAlong;
+
 /// Polygons that were not drawn, by the first reason found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Culled {
@@ -24,6 +26,19 @@ pub struct ConstantW {
     pub row: u64,
     /// Along columns: walls seen without pitch.
     pub column: u64,
+}
+
+impl ConstantW {
+    /// One more polygon.
+    #[inline(always)]
+    pub(crate) fn count(&mut self, along: ConstantAlong) {
+        match along {
+            ConstantAlong::Nothing => {}
+            ConstantAlong::Polygon => self.polygon += 1,
+            ConstantAlong::Row => self.row += 1,
+            ConstantAlong::Column => self.column += 1,
+        }
+    }
 }
 
 /// What a tiler did since it was made or since the last

@@ -3,7 +3,7 @@
 //! Most polygons are small triangles that nothing clips. For them this does what edges and spans
 //! do for any polygon, and to the same pixels. What is not such a triangle is left to those.
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Simd;
 
 use crate::fixed::Subpixel;
 use crate::patch::Patches;
@@ -39,14 +39,13 @@ pub(crate) enum Look {
 const LARGEST: i32 = 256 << Subpixel::FRACTION_BITS;
 
 /// Looks at the triangle of `vertices`, from the viewport's `corner` in the framebuffer, and fills
-/// `found` in if it covers any pixel of `window`. It faces away unless `wants` says otherwise of
-/// its side, the front or not.
+/// `found` in if it covers any pixel of `window`. `wants`: are back faces drawn, and front faces?
 #[inline(always)]
-pub(crate) fn look(
-    level: Level,
+pub(crate) fn look<S: Simd>(
+    simd: S,
     vertices: [PlacedVertex; 3],
     corner: [i32; 2],
-    wants: impl Fn(bool) -> bool,
+    wants: [bool; 2],
     window: PixelRect,
     found: &mut InView,
 ) -> Look {
@@ -61,17 +60,17 @@ pub(crate) fn look(
     if (high_x - low_x) | (high_y - low_y) >= LARGEST {
         return Look::Elsewhere;
     }
-    let wide = |a: i32, b: i32| i64::from(a - b);
-    let area = wide(by, ay) * wide(cx, ax) - wide(bx, ax) * wide(cy, ay);
+    let (to_b, to_c) = ([bx - ax, by - ay], [cx - ax, cy - ay]);
+    let area = i64::from(to_b[1]) * i64::from(to_c[0]) - i64::from(to_b[0]) * i64::from(to_c[1]);
     if area == 0 {
         return Look::Degenerate;
     }
     let front = area > 0;
-    if !wants(front) {
+    if !wants[usize::from(front)] {
         return Look::Away;
     }
-    let first = Subpixel::first_centre_of;
-    let (x0, y0, x1, y1) = (first(low_x), first(low_y), first(high_x), first(high_y));
+    let (x0, y0) = (Subpixel::first_centre_of(low_x), Subpixel::first_centre_of(low_y));
+    let (x1, y1) = (Subpixel::first_centre_of(high_x), Subpixel::first_centre_of(high_y));
     if x0 >= x1 || y0 >= y1 {
         return Look::Nothing;
     }
@@ -84,11 +83,9 @@ pub(crate) fn look(
     let Some(patches) = Patches::of(bounds) else { return Look::Elsewhere };
     found.patches = patches;
     let (x, y) = (Subpixel::centre_bits(x0), Subpixel::centre_bits(y0));
-    let from_first = |[px, py]: [i32; 2]| [f64::from(px - x), f64::from(py - y)];
-    let vertices = [from_first(a.bits), from_first(b.bits), from_first(c.bits)];
+    let vertices = [[ax - x, ay - y], [bx - x, by - y], [cx - x, cy - y]];
     let patches = &mut found.patches;
-    (found.pixels, found.spans) =
-        dispatch!(level, simd => patches.cover(simd, vertices, front, window));
+    (found.pixels, found.spans) = patches.cover(simd, vertices, front, window);
     found.bounds = bounds;
     if found.pixels > 0 { Look::Pixels } else { Look::Nothing }
 }

@@ -19,9 +19,7 @@ impl Gradients {
         self.attributes.clear();
         self.attributes.reserve(subject.wanted.attributes);
         for k in 0..subject.wanted.attributes {
-            if self.one_bound
-                && let Some(field) = self.usual_in_view(k, subject)
-            {
+            if let Some(field) = self.usual_in_view(k, subject) {
                 self.attributes.push(field);
                 continue;
             }
@@ -65,12 +63,12 @@ impl Gradients {
         let values = self.triple_values(k, subject);
         let size = f64::from(range[0].abs().max(range[1].abs()));
         let may_be_plain = !self.strict && fits(size);
-        if self.one_bound && may_be_plain {
+        if self.view.is_some() && may_be_plain {
             return self.attribute_in_view(values, over_w, range);
         }
         if !self.exact_plane {
             let bounded;
-            let frame = if self.one_bound {
+            let frame = if self.view.is_some() {
                 bounded = Frame::new(&self.anchor, self.corners, self.reach);
                 &bounded
             } else {

@@ -72,8 +72,8 @@ impl Gradients {
         if z == [0.0; 3] {
             return Field::Constant(0.0);
         }
-        if self.one_bound {
-            return self.depth_in_view(z);
+        if let Some(view) = &self.view {
+            return Self::depth_in_view(view, z);
         }
         let bounded = match self.exact.as_deref() {
             None => {

@@ -13,7 +13,7 @@ pub(crate) mod triple;
 mod twofold;
 mod attribute;
 mod derived;
-mod view;
+pub(crate) mod view;
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -24,10 +24,12 @@ use crate::divide::ScreenVertex;
 use crate::exact::{Dyadic, round_quotient};
 use crate::fixed::{exponent_of, power_of_two};
 use crate::polygon::Polygon;
-use crate::space::{DepthRange, Viewport};
+use crate::space::Viewport;
 use crate::varying::Interpolation;
 
 use triple::AffineFrame;
+
+use view::View;
 
 use frame::{Anchor, Bounded, ExactFrame, Frame, Linear, Reach, U, exact_at, nearby};
 
@@ -174,11 +176,8 @@ impl Subject<'_> {
     }
 
     /// z as depth has it, before the division.
-    pub(crate) fn depth_numerator(&self, [_, _, z, w]: [f64; 4]) -> f64 {
-        match self.viewport.depth_range() {
-            DepthRange::ZeroToOne => z,
-            DepthRange::MinusOneToOne => (z + w) / 2.0,
-        }
+    pub(crate) fn depth_numerator(&self, position: [f64; 4]) -> f64 {
+        self.viewport.depth_range().numerator(position)
     }
 }
 
@@ -201,8 +200,9 @@ pub(crate) struct Gradients {
     triple: [usize; 3],
     corners: [[f64; 4]; 3],
     frame: Frame,
-    /// Is the plane so good that nothing else of `frame` was found?
-    one_bound: bool,
+    /// A small triangle's, if one bound is good enough for all: then nothing of `frame` but the
+    /// plane was found.
+    view: Option<View>,
     /// Made when first needed: its being there says nothing about the polygon, since which pixels
     /// need it depends on the crop.
     exact: Option<Box<ExactFrame>>,
@@ -269,8 +269,8 @@ impl Gradients {
         let (row, v) = middle(subject.rows);
         self.anchor = Anchor::new(subject.viewport, [column, row]);
         self.reach = Reach { u, v };
-        self.one_bound = subject.in_view && !subject.wanted.exact && self.set_in_view(subject);
-        if self.one_bound {
+        self.view = None;
+        if subject.in_view && !subject.wanted.exact && self.set_in_view(subject) {
             return;
         }
         self.frame = Frame::new(&self.anchor, self.corners, self.reach);
@@ -320,12 +320,7 @@ impl Gradients {
         (self.q, self.det, self.least_q) = (q, det, least_q);
         self.unit = power_of_two(-exponent_of(least_q).unwrap_or(0));
         self.unit_q = q.scaled(self.unit);
-        self.constant = match (self.q.x == 0.0, self.q.y == 0.0) {
-            (true, true) => ConstantAlong::Polygon,
-            (true, false) => ConstantAlong::Row,
-            (false, true) => ConstantAlong::Column,
-            (false, false) => ConstantAlong::Nothing,
-        };
+        self.constant = constant_along(q);
     }
 
     /// The plane without the errors of `f64`, but for a rounding each.
@@ -412,6 +407,17 @@ impl Gradients {
     }
 }
 
+/// Along what a Q of these slopes does not change.
+#[inline(always)]
+fn constant_along(q: Linear) -> ConstantAlong {
+    match (q.x == 0.0, q.y == 0.0) {
+        (true, true) => ConstantAlong::Polygon,
+        (true, false) => ConstantAlong::Row,
+        (false, true) => ConstantAlong::Column,
+        (false, false) => ConstantAlong::Nothing,
+    }
+}
+
 /// Do numbers up to `magnitude`, and times Q, fit into `f32`, with room for the error below?
 #[inline(always)]
 fn fits(magnitude: f64) -> bool {
@@ -420,7 +426,7 @@ fn fits(magnitude: f64) -> bool {
 
 /// The middle of a range that includes both its ends, and how far they are from it.
 #[inline(always)]
-fn middle([first, last]: [i32; 2]) -> (i32, f64) {
+pub(crate) fn middle([first, last]: [i32; 2]) -> (i32, f64) {
     let middle = first + (last - first) / 2;
     (middle, f64::from((middle - first).max(last - middle)))
 }

@@ -24,16 +24,33 @@ const TINY: f64 = 1e-270;
 #[inline(always)]
 pub(crate) fn choose(positions: &[[f64; 4]], attributes: &dyn Attributes) -> [usize; 3] {
     if let [p, q, r] = positions {
-        // Nearly always x tells.
-        let a = match (p[0] < q[0], q[0] < r[0], r[0] < p[0]) {
-            (true, true, false) | (true, false, false) if p[0] < r[0] => 0,
-            (false, true, _) if q[0] < p[0] => 1,
-            (_, false, true) if r[0] < q[0] => 2,
-            _ => least(positions, attributes),
-        };
-        return [a, (a + 1) % 3, (a + 2) % 3];
+        let a = first_of_three([p[0], q[0], r[0]]);
+        return from(a.unwrap_or_else(|| least(positions, attributes)));
     }
     choose_of_many(positions, attributes)
+}
+
+/// The same of a triangle, if x alone tells, as it nearly always does.
+#[inline(always)]
+pub(crate) fn choose_by_x(xs: [f64; 3]) -> Option<[usize; 3]> {
+    first_of_three(xs).map(from)
+}
+
+/// The vertices of a triangle from `a` on.
+#[inline(always)]
+fn from(a: usize) -> [usize; 3] {
+    [a, (a + 1) % 3, (a + 2) % 3]
+}
+
+/// Which of three is less than both others.
+#[inline(always)]
+fn first_of_three([p, q, r]: [f64; 3]) -> Option<usize> {
+    match (p < q, q < r, r < p) {
+        (true, true, false) | (true, false, false) if p < r => Some(0),
+        (false, true, _) if q < p => Some(1),
+        (_, false, true) if r < q => Some(2),
+        _ => None,
+    }
 }
 
 fn least(positions: &[[f64; 4]], attributes: &dyn Attributes) -> usize {

@@ -4,6 +4,7 @@
 //! comes before it is compiled once.
 
 mod patches;
+pub(crate) mod small;
 mod spans;
 
 use alloc::vec::Vec;

@@ -18,8 +18,12 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         mut depth: Option<&mut DepthBuffer<'_>>,
     ) -> (u64, u64) {
         let (origin, test) = (self.place.origin, self.place.test);
-        for patch in patches.iter() {
+        for i in 0..patches.count() {
+            let patch = patches.patch(i);
             let Patch { first, columns, mut mask, .. } = patch;
+            if mask == 0 {
+                continue;
+            }
             walker.seek(patch);
             if let Some(buffer) = depth.as_deref() {
                 let found = self.lanes.of_mut(test.source);
@@ -52,7 +56,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
 
 /// The depths stored at the lanes of `patch`, where they are in the buffer.
 #[inline(always)]
-fn stored_depths(buffer: &DepthBuffer<'_>, patch: Patch, origin: [i32; 2]) -> [f32; BLOCK] {
+pub(super) fn stored_depths(buffer: &DepthBuffer<'_>, patch: Patch, origin: [i32; 2]) -> [f32; BLOCK] {
     let columns = usize::from(patch.columns);
     let [x, y] = patch.place(0, origin);
     let (width, height) = buffer.dimensions();

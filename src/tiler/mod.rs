@@ -2,15 +2,15 @@
 
 use alloc::vec::Vec;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, Simd as Lanes, dispatch};
 
 use crate::clip::{ClipPlane, Clipper, VertexArrays};
 use crate::depth::{DepthSource, DepthTest};
 use crate::divide::ScreenVertex;
 use crate::edge::{Outline, Span};
-use crate::gradient::{AttributesOf, ConstantAlong, Gradients, Subject, Wanted};
+use crate::gradient::{AttributesOf, Gradients, Subject, Wanted};
 use crate::paint::{Covered, Placement, paint};
-use crate::placed::{Constants, PlacedVertex};
+use crate::placed::Constants;
 use crate::polygon::Polygon;
 use crate::settle::Walked;
 use crate::shade::{BLOCK, Shader};
@@ -18,12 +18,16 @@ use crate::simd::Simd;
 use crate::space::{PixelRect, Viewport};
 use crate::stats::Stats;
 use crate::target::{DepthBuffer, Plane, Target};
-use crate::triangle::{InView, Look, look};
+use crate::triangle::InView;
 use crate::varying::Interpolation;
 
+pub(crate) mod keep;
 mod scan;
+mod small;
+mod sort;
 
-use scan::{Scanned, take_in, take_in_view};
+use scan::{Counts, Taken};
+use small::Sight;
 
 /// Which polygons are left out for the way they face. Front faces are counter-clockwise with
 /// y up; a snapped area of 0 faces back.
@@ -86,6 +90,7 @@ pub struct Tiler {
     cull: Cull,
     precision: Precision,
     interpolation: Vec<Interpolation>,
+    all_perspective: bool,
     clipper: Clipper,
     place_constants: Constants,
     simd: Simd,
@@ -99,11 +104,14 @@ struct Scratch {
     /// As given, times a power of two.
     given: Vec<[f64; 4]>,
     clipped: VertexArrays,
+    taken: Taken,
     screen: Vec<ScreenVertex>,
     outline: Outline,
     /// Within what is visible.
     spans: Vec<Span>,
     gradients: Gradients,
+    /// Are the gradients those of what was taken?
+    is_set_up: bool,
     attributes: Vec<[f32; BLOCK]>,
 }
 
@@ -117,6 +125,7 @@ impl Tiler {
             cull: Cull::None,
             precision: Precision::Fast,
             interpolation: Vec::new(),
+            all_perspective: true,
             clipper: Clipper::new(viewport),
             place_constants: Constants::new(viewport),
             simd: Simd::auto(),
@@ -154,6 +163,7 @@ impl Tiler {
     pub fn set_interpolation(&mut self, interpolation: &[Interpolation]) -> &mut Self {
         self.interpolation.clear();
         self.interpolation.extend_from_slice(interpolation);
+        self.all_perspective = interpolation.iter().all(|i| *i == Interpolation::Perspective);
         self
     }
 
@@ -182,6 +192,44 @@ impl Tiler {
         self.stats = Stats::default();
     }
 
+    /// Takes over all that is set of `other`.
+    pub(crate) fn set_as(&mut self, other: &Self) {
+        self.viewport = other.viewport;
+        self.depth_test = other.depth_test;
+        self.cull = other.cull;
+        self.precision = other.precision;
+        self.set_interpolation(&other.interpolation);
+        self.clipper.set_as(&other.clipper);
+        self.place_constants = other.place_constants;
+        self.simd = other.simd;
+    }
+
+    /// What becomes of a polygon whose rows are known: a small triangle, or any polygon of which
+    /// nothing is kept.
+    #[inline(always)]
+    pub(crate) fn draw_sorted<L: Lanes, V, S, T>(
+        &mut self,
+        simd: L,
+        polygon: &V,
+        window: PixelRect,
+        shader: &mut S,
+        target: &mut T,
+        mut depth: Option<&mut DepthBuffer<'_>>,
+    ) -> Outcome
+    where
+        V: Polygon + ?Sized,
+        S: Shader,
+        T: Target<Pixel = S::Pixel>,
+    {
+        let mut found = InView::default();
+        let kept = depth.as_deref_mut();
+        match self.draw_small(simd, polygon, window, &mut found, shader, target, kept) {
+            Sight::Done(outcome) => outcome,
+            Sight::Pixels => self.draw_unusual(polygon, &found, shader, target, depth),
+            Sight::Elsewhere => self.draw_any(polygon, window, shader, target, depth),
+        }
+    }
+
     /// Draws `polygon` into `target`, through the depth test if there is a buffer for it.
     ///
     /// What lies outside the viewport, the target or the depth buffer (whose first pixel is
@@ -198,23 +246,17 @@ impl Tiler {
         S: Shader,
         T: Target<Pixel = S::Pixel>,
     {
-        let window = window(self.viewport, self.origin, target.size(), depth.as_deref());
-        let mut found = InView::default();
-        let outcome = match self.sight(polygon, window, &mut found) {
-            Sight::Pixels => {
-                let seen = Seen::Small(&found, &positions_of(polygon));
-                self.fill(polygon, seen, shader, target, depth)
-            }
-            Sight::Elsewhere => self.draw_any(polygon, window, shader, target, depth),
-            Sight::Left(outcome) => outcome,
-        };
+        let window = self.window(target.size(), depth.as_deref());
+        let outcome = dispatch!(self.simd.0, simd => {
+            self.draw_sorted(simd, polygon, window, shader, target, depth)
+        });
         self.count(outcome);
         outcome
     }
 
     /// What became of a polygon goes into the counts.
     #[inline(always)]
-    fn count(&mut self, outcome: Outcome) {
+    pub(crate) fn count(&mut self, outcome: Outcome) {
         self.stats.polygons += 1;
         let culled = &mut self.stats.culled;
         match outcome {
@@ -240,48 +282,65 @@ impl Tiler {
         S: Shader,
         T: Target<Pixel = S::Pixel>,
     {
-        // 1. The polygon, at a size where nothing overflows.
-        let exponent = match take_in(polygon, &mut self.scratch.given) {
-            Ok(exponent) => exponent,
-            Err(outcome) => return outcome,
-        };
-        // 2 to 5. Clip, divide, cull, edges.
-        match self.scan(window) {
-            Ok(scanned) => {
-                self.fill(polygon, Seen::Scanned(scanned, exponent), shader, target, depth)
+        let outcome = self.take_whole(polygon);
+        if outcome == Outcome::Drawn {
+            self.draw_taken(polygon, window, shader, target, depth);
+        }
+        outcome
+    }
+
+    /// 1 to 4: takes `polygon` into the scratch: clipped, divided, culled.
+    fn take_whole<V: Polygon + ?Sized>(&mut self, polygon: &V) -> Outcome {
+        match self.take(polygon) {
+            Ok(taken) => {
+                (self.scratch.taken, self.scratch.is_set_up) = (taken, false);
+                Outcome::Drawn
             }
             Err(outcome) => outcome,
         }
     }
 
-    /// Draws the pixels that were found of `polygon`.
-    fn fill<V, S, T>(
+    /// Draws what was taken of `polygon`.
+    fn draw_taken<V, S, T>(
         &mut self,
         polygon: &V,
-        seen: Seen<'_>,
+        window: PixelRect,
         shader: &mut S,
         target: &mut T,
         depth: Option<&mut DepthBuffer<'_>>,
-    ) -> Outcome
-    where
+    ) where
         V: Polygon + ?Sized,
         S: Shader,
         T: Target<Pixel = S::Pixel>,
     {
-        let triangle: [[f64; 4]; 3];
-        let Scratch { given, screen, spans, gradients, attributes, .. } = &mut self.scratch;
-        let (in_view, positions, exponent, covered, found) = match seen {
-            Seen::Scanned(scanned, exponent) => {
-                (false, given.as_slice(), exponent, Covered::Spans(spans), scanned)
-            }
-            Seen::Small(found, given) => {
-                // They may not be what was placed.
-                let Some((positions, exponent)) = take_in_view(given) else {
-                    return Outcome::Refused;
-                };
-                triangle = positions;
-                let scanned = Scanned::of(found, &triangle);
-                (true, triangle.as_slice(), exponent, Covered::Patches(&found.patches), scanned)
+        // 5. Edges.
+        let counts = self.scan(window);
+        if counts.spans > 0 {
+            self.fill(polygon, Seen::Spans, counts, shader, target, depth);
+        }
+    }
+
+    /// Draws the pixels that were found of `polygon`: `counts` of them.
+    fn fill<V, S, T>(
+        &mut self,
+        polygon: &V,
+        seen: Seen<'_>,
+        counts: Counts,
+        shader: &mut S,
+        target: &mut T,
+        depth: Option<&mut DepthBuffer<'_>>,
+    ) where
+        V: Polygon + ?Sized,
+        S: Shader,
+        T: Target<Pixel = S::Pixel>,
+    {
+        let place = self.placement();
+        let Scratch { given, taken, screen, spans, gradients, attributes, is_set_up, .. } =
+            &mut self.scratch;
+        let (in_view, positions, taken, covered) = match seen {
+            Seen::Spans => (false, given.as_slice(), *taken, Covered::Spans(spans)),
+            Seen::Small(found, positions, taken) => {
+                (true, positions.as_slice(), taken, Covered::Patches(&found.patches))
             }
         };
 
@@ -291,13 +350,13 @@ impl Tiler {
             attributes: &AttributesOf(polygon),
             viewport: self.viewport,
             positions,
-            exponent,
+            exponent: taken.exponent,
             screen,
             in_view,
             interpolation: &self.interpolation,
-            clipped_w: found.w,
-            columns: found.columns,
-            rows: found.rows,
+            clipped_w: taken.w,
+            columns: [taken.seen.x0, taken.seen.x1 - 1],
+            rows: [taken.seen.y0, taken.seen.y1 - 1],
             wanted: Wanted {
                 depth: S::INPUTS.depth || test == Some(DepthSource::Z),
                 inv_w: S::INPUTS.inv_w || test == Some(DepthSource::InvW),
@@ -306,90 +365,67 @@ impl Tiler {
                 exact: self.precision == Precision::Exact,
             },
         };
-        set_gradients(self.simd.0, gradients, &subject);
-        match gradients.constant {
-            ConstantAlong::Nothing => {}
-            ConstantAlong::Polygon => self.stats.constant_w.polygon += 1,
-            ConstantAlong::Row => self.stats.constant_w.row += 1,
-            ConstantAlong::Column => self.stats.constant_w.column += 1,
+        if !*is_set_up {
+            set_gradients(self.simd.0, gradients, &subject);
+            *is_set_up = true;
+            self.stats.constant_w.count(gradients.constant);
         }
 
         // 7. Spans: the X loop, depth, shader and target, block by block.
-        let corner = self.viewport.rect();
-        let place = Placement {
-            corner: [corner.x0, corner.y0],
-            origin: self.origin,
-            test: self.depth_test,
-        };
         let walked = Walked::new(&subject, gradients, &mut self.clipper);
         let (shaded, exact_values) =
             paint(self.simd.0, walked, covered, place, attributes, shader, target, depth);
-        self.stats.spans += found.spans;
-        self.stats.pixels_covered += found.pixels;
-        self.stats.pixels_shaded += shaded;
-        self.stats.pixels_hidden += found.pixels - shaded;
         self.stats.exact_values += exact_values;
-        Outcome::Drawn
+        self.count_pixels(counts, shaded);
     }
 
-    /// Where the vertices of a triangle lie.
+    /// Of covered pixels some were shaded.
     #[inline(always)]
-    fn places<V: Polygon + ?Sized>(&self, triangle: &V) -> [PlacedVertex; 3] {
-        match triangle.placed() {
-            Some(placed) if placed.viewport() == self.viewport => {
-                let place = |i: usize| placed.vertex(triangle.placed_index(i));
-                [place(0), place(1), place(2)]
-            }
-            _ => self.place(positions_of(triangle)),
-        }
+    fn count_pixels(&mut self, Counts { pixels, spans }: Counts, shaded: u64) {
+        self.stats.spans += spans;
+        self.stats.pixels_covered += pixels;
+        self.stats.pixels_shaded += shaded;
+        self.stats.pixels_hidden += pixels - shaded;
     }
 
-    #[inline(never)]
-    fn place(&self, [a, b, c]: [[f64; 4]; 3]) -> [PlacedVertex; 3] {
-        let constants = &self.place_constants;
-        dispatch!(self.simd.0, simd => {
-            [constants.place(simd, &a), constants.place(simd, &b), constants.place(simd, &c)]
-        })
-    }
-
-    /// 1 to 5 in one, for a triangle of a few pixels in the view.
+    /// The pixels of the framebuffer that can be drawn.
     #[inline(always)]
-    fn sight<V: Polygon + ?Sized>(
+    pub(crate) fn window(
         &self,
-        polygon: &V,
-        window: PixelRect,
-        found: &mut InView,
-    ) -> Sight {
-        if polygon.len() != 3 || self.clipper.has_user_planes() {
-            return Sight::Elsewhere;
-        }
-        self.look(self.places(polygon), window, found)
+        target: (u32, u32),
+        depth: Option<&DepthBuffer<'_>>,
+    ) -> PixelRect {
+        let (width, height) = match depth.map(Plane::dimensions) {
+            Some((width, height)) => (target.0.min(width), target.1.min(height)),
+            None => target,
+        };
+        let [x, y] = self.origin;
+        self.viewport.rect().intersect(PixelRect::new(x, y, width, height))
     }
 
-    #[inline(never)]
-    fn look(&self, triangle: [PlacedVertex; 3], window: PixelRect, found: &mut InView) -> Sight {
-        let (cull, rect) = (self.cull, self.viewport.rect());
-        let keeps = |front| cull.keeps(front);
-        match look(self.simd.0, triangle, [rect.x0, rect.y0], keeps, window, found) {
-            Look::Elsewhere => Sight::Elsewhere,
-            Look::Degenerate => Sight::Left(Outcome::Degenerate),
-            Look::Away => Sight::Left(Outcome::Backface),
-            Look::Nothing => Sight::Left(Outcome::Drawn),
-            Look::Pixels => Sight::Pixels,
-        }
+    /// Where pixels are drawn, and how.
+    #[inline(always)]
+    fn placement(&self) -> Placement {
+        let corner = self.viewport.rect();
+        Placement { corner: [corner.x0, corner.y0], origin: self.origin, test: self.depth_test }
     }
 
     /// Bytes that the buffers hold.
+    pub(crate) fn bytes(&self) -> usize {
+        self.scratch.bytes() + self.clipper.bytes()
+    }
+}
+
+impl Scratch {
+    /// Bytes held.
     fn bytes(&self) -> usize {
-        let scratch = &self.scratch;
-        scratch.given.capacity() * size_of::<[f64; 4]>()
-            + scratch.clipped.bytes()
-            + scratch.screen.capacity() * size_of::<ScreenVertex>()
-            + scratch.outline.bytes()
-            + scratch.spans.capacity() * size_of::<Span>()
-            + scratch.gradients.bytes()
-            + scratch.attributes.capacity() * size_of::<[f32; BLOCK]>()
-            + self.clipper.bytes()
+        self.given.capacity() * size_of::<[f64; 4]>()
+            + self.clipped.bytes()
+            + self.screen.capacity() * size_of::<ScreenVertex>()
+            + self.outline.bytes()
+            + self.spans.capacity() * size_of::<Span>()
+            + self.gradients.bytes()
+            + self.attributes.capacity() * size_of::<[f32; BLOCK]>()
     }
 }
 
@@ -399,51 +435,15 @@ fn set_gradients(level: Level, gradients: &mut Gradients, subject: &Subject<'_>)
     dispatch!(level, _simd => gradients.set(subject));
 }
 
-/// Where a polygon is found.
-enum Sight {
-    /// By its spans, if at all.
-    Elsewhere,
-    /// In patches: there are pixels to draw.
-    Pixels,
-    /// There are none.
-    Left(Outcome),
-}
-
 /// The pixels of a polygon.
 enum Seen<'a> {
-    /// And the positions.
-    Small(&'a InView, &'a [[f64; 4]; 3]),
-    /// In the scratch's spans; the positions were multiplied by two to minus this.
-    Scanned(Scanned, i32),
-}
-
-impl Scanned {
-    /// The same of a small triangle.
-    fn of(found: &InView, [a, b, c]: &[[f64; 4]; 3]) -> Self {
-        let InView { bounds, pixels, spans, .. } = *found;
-        let (low, high) = if a[3] < b[3] { (a[3], b[3]) } else { (b[3], a[3]) };
-        let w = [if c[3] < low { c[3] } else { low }, if c[3] > high { c[3] } else { high }];
-        let columns = [bounds.x0, bounds.x1 - 1];
-        Self { w, columns, rows: [bounds.y0, bounds.y1 - 1], pixels, spans }
-    }
+    /// In the scratch's spans, of what was taken.
+    Spans,
+    /// In patches; and the positions.
+    Small(&'a InView, &'a [[f64; 4]; 3], Taken),
 }
 
 #[inline(always)]
 fn positions_of<V: Polygon + ?Sized>(triangle: &V) -> [[f64; 4]; 3] {
     [triangle.position(0), triangle.position(1), triangle.position(2)]
-}
-
-/// The pixels of the framebuffer that can be drawn.
-#[inline(always)]
-fn window(
-    viewport: Viewport,
-    origin: [i32; 2],
-    target: (u32, u32),
-    depth: Option<&DepthBuffer<'_>>,
-) -> PixelRect {
-    let (width, height) = match depth.map(Plane::dimensions) {
-        Some((width, height)) => (target.0.min(width), target.1.min(height)),
-        None => target,
-    };
-    viewport.rect().intersect(PixelRect::new(origin[0], origin[1], width, height))
 }

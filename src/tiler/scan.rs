@@ -10,10 +10,34 @@ use crate::fixed::{exponent_of, power_of_two};
 use crate::polygon::Polygon;
 use crate::space::{PixelRect, Viewport};
 
+/// A polygon in the framebuffer, of which the scratch holds the vertices.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Taken {
+    /// The positions were multiplied by two to minus this.
+    pub(super) exponent: i32,
+    /// Least and greatest w of the clipped vertices.
+    pub(super) w: [f64; 2],
+    /// The pixels that it may cover in the viewport; it may be empty.
+    pub(super) seen: PixelRect,
+}
+
+/// Pixels that are covered in a window, in how many spans.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Counts {
+    pub(super) pixels: u64,
+    pub(super) spans: u64,
+}
+
 impl Tiler {
-    /// From the polygon that was taken in to its spans within `window`.
-    pub(super) fn scan(&mut self, window: PixelRect) -> Result<Scanned, Outcome> {
-        let Scratch { given, clipped, screen, outline, spans, .. } = &mut self.scratch;
+    /// 1 to 4: from `polygon` to its clipped vertices in the framebuffer.
+    pub(super) fn take<V: Polygon + ?Sized>(&mut self, polygon: &V) -> Result<Taken, Outcome> {
+        // 1. The polygon, at a size where nothing overflows.
+        let exponent = take_in(polygon, &mut self.scratch.given)?;
+        self.clip_and_divide(exponent)
+    }
+
+    fn clip_and_divide(&mut self, exponent: i32) -> Result<Taken, Outcome> {
+        let Scratch { given, clipped, screen, outline, .. } = &mut self.scratch;
 
         // 2. Clip, against the crossed planes only.
         let outcodes = self.clipper.classify(given.iter().copied());
@@ -45,32 +69,27 @@ impl Tiler {
             return Err(Outcome::Backface);
         }
         let seen = bounds.intersect(self.viewport.rect());
-        if seen.intersect(window).is_empty() {
-            return Err(Outcome::Drawn);
-        }
+        Ok(Taken { exponent, w: range_of_w(screen, visible), seen })
+    }
 
-        // 5. Edges: the Y loop, within what can be seen.
-        let corner = self.viewport.rect();
-        let (x0, x1) = (window.x0 - corner.x0, window.x1 - corner.x0);
+    /// 5. Edges: the Y loop, from what was taken to its spans within `window`.
+    pub(super) fn scan(&mut self, window: PixelRect) -> Counts {
+        let Scratch { taken, screen, outline, spans, .. } = &mut self.scratch;
         let mut pixels = 0;
         spans.clear();
-        outline.set(screen).for_each_span(window.y0 - corner.y0..window.y1 - corner.y0, |span| {
-            let (start, end) = (span.start.max(x0), span.end.min(x1));
-            if start < end {
-                pixels += u64::from(end.abs_diff(start));
-                spans.push(Span { start, end, ..span });
-            }
-        });
-        if spans.is_empty() {
-            return Err(Outcome::Drawn);
+        if !taken.seen.intersect(window).is_empty() {
+            let corner = self.viewport.rect();
+            let (x0, x1) = (window.x0 - corner.x0, window.x1 - corner.x0);
+            let rows = window.y0 - corner.y0..window.y1 - corner.y0;
+            outline.set(screen).for_each_span(rows, |span| {
+                let (start, end) = (span.start.max(x0), span.end.min(x1));
+                if start < end {
+                    pixels += u64::from(end.abs_diff(start));
+                    spans.push(Span { start, end, ..span });
+                }
+            });
         }
-        Ok(Scanned {
-            w: range_of_w(screen, visible),
-            columns: [seen.x0, seen.x1 - 1],
-            rows: [seen.y0, seen.y1 - 1],
-            pixels,
-            spans: spans.len() as u64,
-        })
+        Counts { pixels, spans: spans.len() as u64 }
     }
 }
 
@@ -114,9 +133,10 @@ pub(super) fn take_in<V: Polygon + ?Sized>(
 #[inline(always)]
 pub(super) fn take_in_view([a, b, c]: &[[f64; 4]; 3]) -> Option<([[f64; 4]; 3], i32)> {
     let mut triangle = [*a, *b, *c];
-    let sums = [0, 1, 2, 3].map(|k| a[k] + b[k] + c[k]);
+    let (xs, ys) = (a[0] + b[0] + c[0], a[1] + b[1] + c[1]);
+    let (zs, ws) = (a[2] + b[2] + c[2], a[3] + b[3] + c[3]);
     // What is no number makes no number of this.
-    let finite = (sums[0] + sums[1] + sums[2] + sums[3]) * 0.0 == 0.0;
+    let finite = (xs + ys + zs + ws) * 0.0 == 0.0;
     let largest = if a[3] > b[3] { a[3] } else { b[3] };
     let largest = if largest > c[3] { largest } else { c[3] };
     let exponent = exponent_of(largest).filter(|_| finite)?;
@@ -137,18 +157,6 @@ fn moderate(positions: &mut [[f64; 4]], exponent: i32) -> i32 {
         *component = *component * first * second;
     }
     exponent
-}
-
-/// What the stages up to the spans found of a polygon.
-pub(super) struct Scanned {
-    /// Least and greatest w of the clipped vertices.
-    pub(super) w: [f64; 2],
-    /// Framebuffer columns and rows that it may cover in the viewport: first and last.
-    pub(super) columns: [i32; 2],
-    pub(super) rows: [i32; 2],
-    /// Pixels that are covered, in how many spans.
-    pub(super) pixels: u64,
-    pub(super) spans: u64,
 }
 
 /// The pixels of the framebuffer whose centres the snapped vertices may enclose.

@@ -1,0 +1,139 @@
+//! Draw calls: polygons, and what they are drawn with.
+
+use core::ops::Range;
+
+use fearless_simd::dispatch;
+
+use super::bins::{Bins, Entries};
+use super::canvas::{Canvas, Paint};
+use crate::batch::Batch;
+use crate::shade::Shader;
+use crate::space::PixelRect;
+use crate::stats::Stats;
+use crate::target::Target;
+use crate::tiler::keep::{Keep, Kept};
+use crate::tiler::{Outcome, Tiler};
+
+/// Polygons that are drawn in the same way on canvases of the type `C`; [`Polygons`] is one.
+pub trait Call<C: Canvas>: Sync {
+    /// The number of polygons.
+    fn len(&self) -> usize;
+
+    /// Is there none?
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Sorts `polygons` into the bands of what is to be drawn.
+    #[doc(hidden)]
+    fn sort(&self, sorting: Sorting<'_>, polygons: Range<usize>);
+
+    /// Draws polygons on a band.
+    #[doc(hidden)]
+    fn paint(&self, painting: Painting<'_>, canvas: &mut C);
+}
+
+/// What polygons are sorted with.
+#[derive(Debug)]
+pub struct Sorting<'a> {
+    pub(super) tiler: &'a mut Tiler,
+    pub(super) bins: &'a mut Bins,
+    pub(super) window: PixelRect,
+}
+
+/// What polygons of a band are drawn with.
+#[derive(Debug)]
+pub struct Painting<'a> {
+    pub(super) tiler: &'a mut Tiler,
+    pub(super) keep: &'a mut Keep,
+    /// Where the numbers begin of those that were kept by the thread that sorted them.
+    pub(super) first_kept: u32,
+    pub(super) band: u32,
+    /// The first polygon of the chunk.
+    pub(super) first: usize,
+    pub(super) entries: Entries<'a>,
+}
+
+/// The polygons of a batch, and what they are drawn with.
+#[derive(Clone, Copy, Debug)]
+pub struct Polygons<'a, B: ?Sized, P> {
+    batch: &'a B,
+    paint: P,
+}
+
+impl<'a, B: Batch + ?Sized, P> Polygons<'a, B, P> {
+    /// `batch`, drawn with `paint`.
+    pub fn new(batch: &'a B, paint: P) -> Self {
+        Self { batch, paint }
+    }
+}
+
+impl<C: Canvas, B: Batch + ?Sized, P: Paint<C>> Call<C> for Polygons<'_, B, P> {
+    fn len(&self) -> usize {
+        self.batch.len()
+    }
+
+    fn sort(&self, sorting: Sorting<'_>, polygons: Range<usize>) {
+        let Sorting { tiler, bins, window } = sorting;
+        // A face belongs to the chunk where it begins.
+        let begin = |mut i: usize| {
+            while i < self.batch.len() && i > 0 && self.batch.continues(i) {
+                i += 1;
+            }
+            i
+        };
+        let (start, end) = (begin(polygons.start), begin(polygons.end));
+        let mut face = Outcome::Drawn;
+        dispatch!(tiler.simd().0, simd => {
+            for i in start..end {
+                let polygon = self.batch.polygon(i);
+                let clipped = tiler.stats_mut().clipped;
+                let (outcome, rows) = tiler.sort(simd, &polygon, window);
+                if let Some(rows) = rows {
+                    bins.add(i - polygons.start, rows);
+                }
+                if i == start || !self.batch.continues(i) {
+                    tiler.count(outcome);
+                    face = outcome;
+                    continue;
+                }
+                tiler.stats_mut().clipped = clipped;
+                if face != Outcome::Drawn && outcome == Outcome::Drawn {
+                    tiler.uncount(face);
+                    face = outcome;
+                }
+            }
+        });
+    }
+
+    fn paint(&self, painting: Painting<'_>, canvas: &mut C) {
+        let Painting { tiler, keep, first_kept, band, first, entries } = painting;
+        let (mut shader, mut target, mut depth) = self.paint.open(canvas);
+        let window = tiler.window(target.size(), depth.as_ref());
+        dispatch!(tiler.simd().0, simd => {
+            for entry in entries {
+                let i = first + entry.polygon;
+                let polygon = self.batch.polygon(i);
+                shader.start(i);
+                let Stats { clipped, constant_w, .. } = *tiler.stats_mut();
+                if let Some((number, last_band)) = entry.kept {
+                    let kept = Kept { number: first_kept + number, last_band };
+                    let known = (&mut *keep, kept, band);
+                    tiler.draw_kept(
+                        &polygon, window, known, &mut shader, &mut target, depth.as_mut(),
+                    );
+                } else {
+                    tiler.draw_sorted(
+                        simd, &polygon, window, &mut shader, &mut target, depth.as_mut(),
+                    );
+                }
+                // A polygon counts once: what was clipped, when it was sorted.
+                let stats = tiler.stats_mut();
+                stats.clipped = clipped;
+                if !entry.is_first_band || i > 0 && self.batch.continues(i) {
+                    stats.constant_w = constant_w;
+                }
+            }
+        });
+    }
+}
