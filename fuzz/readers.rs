@@ -28,7 +28,7 @@ pub(crate) fn readers(data: &[u8]) {
         Err(failure) => assert!(failure.to_string().contains("fuzzed"), "{failure}"),
         Ok(file) => {
             assert_eq!(file.attributes.len(), file.positions.len() * file.attribute_count);
-            assert!(file.polygons().all(|polygon| polygon.end <= file.positions.len()));
+            assert!((0..file.len()).all(|i| file.vertices(i).end <= file.positions.len()));
         }
     }
 }

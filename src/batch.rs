@@ -33,6 +33,27 @@ pub trait Batch: Sync {
     }
 }
 
+impl<B: Batch + ?Sized> Batch for &B {
+    type Polygon<'a>
+        = B::Polygon<'a>
+    where
+        Self: 'a;
+
+    fn len(&self) -> usize {
+        (**self).len()
+    }
+
+    #[inline(always)]
+    fn polygon(&self, i: usize) -> B::Polygon<'_> {
+        (**self).polygon(i)
+    }
+
+    #[inline(always)]
+    fn continues(&self, i: usize) -> bool {
+        (**self).continues(i)
+    }
+}
+
 impl<P: Polygon + Sync> Batch for [P] {
     type Polygon<'a>
         = &'a P

@@ -76,9 +76,12 @@ pub mod target;
 mod paint;
 pub mod stats;
 pub mod tiler;
+pub mod draw;
 pub mod camera;
 
+pub use batch::{Batch, Mesh};
 pub use depth::{Compare, DepthSource, DepthTest};
+pub use draw::{Canvas, Frame, Polygons, Screen};
 pub use error::Error;
 pub use placed::Placed;
 pub use polygon::{Indexed, Polygon, Strided, Vertex};

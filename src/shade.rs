@@ -131,6 +131,12 @@ pub trait Shader {
     /// the target's rows.
     const KEEPS_ALL: bool = false;
 
+    /// Polygon `_i` of a [`Batch`](crate::batch::Batch) comes next: for shaders that differ from
+    /// polygon to polygon, as by an id. Bands are drawn one by one, so that a polygon may come
+    /// several times.
+    #[inline(always)]
+    fn start(&mut self, _i: usize) {}
+
     /// Shades the lanes that are set in `block.mask` into `out`, which holds any pixels before, and
     /// returns the mask of those to keep: a lane that is left out is discarded, with its depth.
     /// Bits beyond `block.mask` are ignored. Say `#[inline(always)]`: then it is compiled for the instruction set that

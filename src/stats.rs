@@ -2,6 +2,21 @@
 
 use crate::gradient::ConstantAlong;
 
+/// What became of a polygon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Outcome {
+    /// It went to the spans (and may still cover no pixel centre).
+    Drawn,
+    /// Nothing of it lies in the view volume.
+    Outside,
+    /// It faces the way that is left out.
+    Backface,
+    /// Fewer than three vertices, or no area once snapped.
+    Degenerate,
+    /// A position is not finite.
+    Refused,
+}
+
 /// Polygons that were not drawn, by the first reason found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Culled {
@@ -15,6 +30,20 @@ pub struct Culled {
     pub refused: u64,
     /// All of it lies behind what was drawn before.
     pub hidden: u64,
+}
+
+impl Culled {
+    /// Where a polygon counts that comes to `outcome`, unless it is drawn.
+    #[inline(always)]
+    fn of(&mut self, outcome: Outcome) -> Option<&mut u64> {
+        match outcome {
+            Outcome::Drawn => None,
+            Outcome::Outside => Some(&mut self.outside),
+            Outcome::Backface => Some(&mut self.backface),
+            Outcome::Degenerate => Some(&mut self.degenerate),
+            Outcome::Refused => Some(&mut self.refused),
+        }
+    }
 }
 
 /// Polygons on which 1/w was found constant; one that counts as `polygon` is in no other row.
@@ -67,4 +96,82 @@ pub struct Stats {
     pub exact_values: u64,
     /// The most bytes that the tiler's own buffers held; they never shrink.
     pub peak_bytes: u64,
+}
+
+impl Stats {
+    /// One more polygon, which came to `outcome`.
+    #[inline(always)]
+    pub(crate) fn count(&mut self, outcome: Outcome) {
+        self.polygons += 1;
+        if let Some(count) = self.culled.of(outcome) {
+            *count += 1;
+        }
+    }
+
+    /// Adds the counts of `other`, and its bytes.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.polygons += other.polygons;
+        self.culled.outside += other.culled.outside;
+        self.culled.backface += other.culled.backface;
+        self.culled.degenerate += other.culled.degenerate;
+        self.culled.refused += other.culled.refused;
+        self.culled.hidden += other.culled.hidden;
+        self.clipped += other.clipped;
+        self.constant_w.polygon += other.constant_w.polygon;
+        self.constant_w.row += other.constant_w.row;
+        self.constant_w.column += other.constant_w.column;
+        self.spans += other.spans;
+        self.pixels_covered += other.pixels_covered;
+        self.pixels_shaded += other.pixels_shaded;
+        self.pixels_hidden += other.pixels_hidden;
+        self.exact_values += other.exact_values;
+        self.peak_bytes += other.peak_bytes;
+    }
+}
+
+/// Counts polygons, and the parts of a face as one.
+#[derive(Debug)]
+pub(crate) struct FaceCount {
+    /// What became of the face so far.
+    outcome: Outcome,
+    /// What drawing had counted before the face, and up to now.
+    before: (u64, ConstantW),
+    now: (u64, ConstantW),
+}
+
+impl FaceCount {
+    /// To go on from what is counted.
+    pub(crate) fn new(stats: &Stats) -> Self {
+        let now = (stats.clipped, stats.constant_w);
+        Self { outcome: Outcome::Drawn, before: now, now }
+    }
+
+    /// A polygon came to `outcome`, which is a part of the face before it if it `continues` that.
+    #[inline(always)]
+    pub(crate) fn count(&mut self, stats: &mut Stats, outcome: Outcome, continues: bool) {
+        if continues {
+            self.count_part(stats, outcome);
+        } else {
+            stats.count(outcome);
+            (self.outcome, self.before) = (outcome, self.now);
+        }
+        self.now = (stats.clipped, stats.constant_w);
+    }
+
+    /// A face counts as drawn if any part of it is, else as its first part does; what happened to
+    /// any part happened to it once.
+    fn count_part(&mut self, stats: &mut Stats, outcome: Outcome) {
+        if self.outcome != Outcome::Drawn && outcome == Outcome::Drawn {
+            if let Some(count) = stats.culled.of(self.outcome) {
+                *count -= 1;
+            }
+            self.outcome = outcome;
+        }
+        let (clipped, w) = self.before;
+        let once = |now: &mut u64, before: u64| *now = before + (*now - before).min(1);
+        once(&mut stats.clipped, clipped);
+        once(&mut stats.constant_w.polygon, w.polygon);
+        once(&mut stats.constant_w.row, w.row);
+        once(&mut stats.constant_w.column, w.column);
+    }
 }

@@ -19,6 +19,12 @@ pub trait Target {
     /// `size()`. No other pixel may be touched.
     fn write(&mut self, x: u32, y: u32, run: &[Self::Pixel]);
 
+    /// Stores one pixel, within `size()`.
+    #[inline(always)]
+    fn write_pixel(&mut self, x: u32, y: u32, pixel: Self::Pixel) {
+        self.write(x, y, &[pixel]);
+    }
+
     /// `count` times 16 pixels at columns `x ..` of row `y`, all within `size()`, to be set in
     /// place; or nothing, if that is not how they are stored: then they come by
     /// [`write`](Self::write).
@@ -36,6 +42,13 @@ pub struct Plane<'a, P> {
     width: u32,
     height: u32,
     stride: usize,
+}
+
+impl<P> Default for Plane<'_, P> {
+    /// Without a pixel.
+    fn default() -> Self {
+        Self { data: &mut [], width: 0, height: 0, stride: 0 }
+    }
 }
 
 /// A plane of depths: see [`DepthTest`](crate::depth::DepthTest).
@@ -94,6 +107,23 @@ impl<'a, P: Copy> Plane<'a, P> {
         &mut self.data[start..start + self.width as usize]
     }
 
+    /// The rows above `row`, or all if there are fewer, and the others.
+    pub fn split_at_row(self, row: u32) -> (Self, Self) {
+        let Self { data, width, height, stride } = self;
+        let row = row.min(height);
+        let (above, below) = data.split_at_mut((row as usize * stride).min(data.len()));
+        (
+            Self { data: above, width, height: row, stride },
+            Self { data: below, width, height: height - row, stride },
+        )
+    }
+
+    /// The same plane, borrowed for a while.
+    pub fn reborrow(&mut self) -> Plane<'_, P> {
+        let Self { data, width, height, stride } = self;
+        Plane { data, width: *width, height: *height, stride: *stride }
+    }
+
     /// Sets every pixel, and nothing between the rows.
     pub fn clear(&mut self, pixel: P) {
         for y in 0..self.height {
@@ -142,6 +172,13 @@ impl<P: Copy + Default> Target for Plane<'_, P> {
         let x = x as usize;
         let to = &mut self.row_mut(y)[x..x + run.len()];
         copy_run(run, to);
+    }
+
+    #[inline(always)]
+    fn write_pixel(&mut self, x: u32, y: u32, pixel: P) {
+        if let Some(to) = self.data.get_mut(y as usize * self.stride + x as usize) {
+            *to = pixel;
+        }
     }
 
     #[inline(always)]
@@ -198,6 +235,11 @@ impl<T: Target + ?Sized> Target for &mut T {
     }
 
     #[inline(always)]
+    fn write_pixel(&mut self, x: u32, y: u32, pixel: T::Pixel) {
+        (**self).write_pixel(x, y, pixel);
+    }
+
+    #[inline(always)]
     fn blocks(&mut self, x: u32, y: u32, count: usize) -> &mut [[T::Pixel; BLOCK]] {
         (**self).blocks(x, y, count)
     }
@@ -223,6 +265,11 @@ macro_rules! tuple_target {
                     }
                     self.$i.write(x, y, &part[..run.len()]);
                 )+
+            }
+
+            #[inline(always)]
+            fn write_pixel(&mut self, x: u32, y: u32, pixel: Self::Pixel) {
+                $(self.$i.write_pixel(x, y, pixel.$i);)+
             }
         }
     };

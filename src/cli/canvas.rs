@@ -1,13 +1,16 @@
 //! What a frame is drawn into: the picture, the depth buffer, and a plane for each kind of data
-//! that was asked for. How they are filled is in `shaders.rs`.
+//! that was asked for. How they are filled is in `shaders.rs`. They are drawn in bands of rows.
 
+use std::sync::Mutex;
+
+use hyperspan::draw;
 use hyperspan::target::Target;
 
 use crate::aov::Aov;
 use crate::failure::Failure;
 use crate::flags::Crop;
 use crate::memory;
-use crate::shaders::Coverage;
+use crate::progress::Progress;
 
 /// A target that stores nothing, but has a size: for shaders that store by themselves.
 #[derive(Clone, Copy, Debug)]
@@ -60,13 +63,13 @@ impl DataPlane {
         Ok(Self { aov, channels, values })
     }
 
-    fn clear(&mut self, depth: f32) {
-        match (&mut self.values, self.aov) {
-            (Values::Floats(values), Aov::Depth) => values.fill(depth),
-            (Values::Floats(values), _) => values.fill(0.0),
-            (Values::Integers(values), Aov::Id) => values.fill(u32::MAX),
-            (Values::Integers(values), _) => values.fill(0),
-        }
+    /// All of it, to be drawn.
+    fn rows(&mut self) -> PlaneRows<'_> {
+        let values = match &mut self.values {
+            Values::Floats(values) => RowValues::Floats(values),
+            Values::Integers(values) => RowValues::Integers(values),
+        };
+        PlaneRows { aov: self.aov, channels: self.channels, values }
     }
 }
 
@@ -141,19 +144,6 @@ impl Canvas {
         })
     }
 
-    /// Makes it what it is before a frame.
-    pub(crate) fn clear(&mut self) {
-        if let Some(picture) = &mut self.picture {
-            picture.fill(self.background);
-        }
-        if let Some(depth) = &mut self.depth {
-            depth.fill(self.clear_depth);
-        }
-        for plane in self.planes.iter_mut().chain(&mut self.overdraw) {
-            plane.clear(self.clear_depth);
-        }
-    }
-
     /// Must pixels go through [`Data`](crate::shaders::Data)?
     pub(crate) fn has_data(&self) -> bool {
         !self.planes.is_empty()
@@ -169,26 +159,24 @@ impl Canvas {
         self.planes.iter().any(|plane| plane.aov == aov)
     }
 
-    /// A target of the crop's size that stores nothing.
-    pub(crate) fn extent(&self) -> Extent {
-        Extent { width: self.crop.width, height: self.crop.height }
-    }
-
-    /// The depth buffer, and apart from it what the shader [`Data`](crate::shaders::Data) writes.
-    pub(crate) fn split(&mut self) -> (Option<&mut Vec<f32>>, Planes<'_>) {
-        let planes = Planes {
+    /// All rows, to be drawn; `meter` is told how far that is.
+    pub(crate) fn band<'a>(&'a mut self, meter: &'a Meter<'a>) -> Band<'a> {
+        Band {
             crop: self.crop,
+            background: self.background,
+            clear_depth: self.clear_depth,
             picture: self.picture.as_deref_mut(),
-            planes: &mut self.planes,
-        };
-        (self.depth.as_mut(), planes)
+            depth: self.depth.as_deref_mut(),
+            planes: self.planes.iter_mut().map(DataPlane::rows).collect(),
+            meter,
+        }
     }
 
     /// What counts how often each pixel is covered, if that is wanted. It goes with a pass
     /// without depth test.
-    pub(crate) fn overdraw(&mut self) -> Option<Coverage<'_>> {
+    pub(crate) fn overdraw(&mut self) -> Option<Counts<'_>> {
         match &mut self.overdraw.as_mut()?.values {
-            Values::Integers(counts) => Some(Coverage { counts: Some((self.crop, counts)) }),
+            Values::Integers(counts) => Some(Counts { crop: self.crop, counts }),
             Values::Floats(_) => None,
         }
     }
@@ -224,13 +212,173 @@ pub(crate) enum Drawn<'a> {
     },
 }
 
-/// What [`Data`](crate::shaders::Data) writes to.
+/// Tells of the rows that have been begun.
 #[derive(Debug)]
-pub(crate) struct Planes<'a> {
-    /// Which part of the framebuffer they are.
+pub(crate) struct Meter<'a> {
+    progress: Mutex<(&'a mut Progress, u64)>,
+    rows: u64,
+}
+
+impl<'a> Meter<'a> {
+    /// Of `rows` rows.
+    pub(crate) fn new(progress: &'a mut Progress, rows: u32) -> Self {
+        Self { progress: Mutex::new((progress, 0)), rows: rows.into() }
+    }
+
+    fn add(&self, rows: u32) {
+        if let Ok(mut progress) = self.progress.lock() {
+            progress.1 += u64::from(rows);
+            let done = progress.1;
+            progress.0.set(done, self.rows);
+        }
+    }
+}
+
+/// Some rows of a canvas.
+#[derive(Debug)]
+pub(crate) struct Band<'a> {
+    /// Which pixels of the framebuffer they are.
     pub(crate) crop: Crop,
+    background: [u8; 4],
+    clear_depth: f32,
     /// RGBA8, if a picture is wanted.
     pub(crate) picture: Option<&'a mut [[u8; 4]]>,
+    /// Depths, if there is a test.
+    pub(crate) depth: Option<&'a mut [f32]>,
     /// One for each kind of data.
-    pub(crate) planes: &'a mut [DataPlane],
+    pub(crate) planes: Vec<PlaneRows<'a>>,
+    meter: &'a Meter<'a>,
+}
+
+/// Some rows of one kind of data.
+#[derive(Debug)]
+pub(crate) struct PlaneRows<'a> {
+    /// What it holds.
+    pub(crate) aov: Aov,
+    /// Values for each pixel.
+    pub(crate) channels: usize,
+    /// Pixel after pixel.
+    pub(crate) values: RowValues<'a>,
+}
+
+/// The values of some rows.
+#[derive(Debug)]
+pub(crate) enum RowValues<'a> {
+    /// Measures.
+    Floats(&'a mut [f32]),
+    /// Numbers and counts.
+    Integers(&'a mut [u32]),
+}
+
+impl<'a> PlaneRows<'a> {
+    fn split_at_pixel(self, pixel: usize) -> (Self, Self) {
+        let Self { aov, channels, values } = self;
+        let at = pixel * channels;
+        let (above, below) = match values {
+            RowValues::Floats(values) => {
+                let (above, below) = values.split_at_mut(at);
+                (RowValues::Floats(above), RowValues::Floats(below))
+            }
+            RowValues::Integers(values) => {
+                let (above, below) = values.split_at_mut(at);
+                (RowValues::Integers(above), RowValues::Integers(below))
+            }
+        };
+        (Self { aov, channels, values: above }, Self { aov, channels, values: below })
+    }
+
+    fn clear(&mut self, depth: f32) {
+        match (&mut self.values, self.aov) {
+            (RowValues::Floats(values), Aov::Depth) => values.fill(depth),
+            (RowValues::Floats(values), _) => values.fill(0.0),
+            (RowValues::Integers(values), Aov::Id) => values.fill(u32::MAX),
+            (RowValues::Integers(values), _) => values.fill(0),
+        }
+    }
+}
+
+impl Crop {
+    /// The rows above `row`, and the others.
+    fn split_at_row(self, row: u32) -> (Self, Self) {
+        let below = Self { y: self.y + row, height: self.height - row, ..self };
+        (Self { height: row, ..self }, below)
+    }
+
+    fn pixels(self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}
+
+/// Both parts of what may be there.
+fn split<T>(slice: Option<&mut [T]>, at: usize) -> (Option<&mut [T]>, Option<&mut [T]>) {
+    match slice.map(|slice| slice.split_at_mut(at)) {
+        Some((above, below)) => (Some(above), Some(below)),
+        None => (None, None),
+    }
+}
+
+impl draw::Canvas for Band<'_> {
+    fn size(&self) -> (u32, u32) {
+        (self.crop.width, self.crop.height)
+    }
+
+    fn split_at_row(self, row: u32) -> (Self, Self) {
+        let (crop, crop_below) = self.crop.split_at_row(row);
+        let at = crop.pixels();
+        let (picture, picture_below) = split(self.picture, at);
+        let (depth, depth_below) = split(self.depth, at);
+        let planes = self.planes.into_iter().map(|plane| plane.split_at_pixel(at));
+        let (planes, planes_below) = planes.unzip();
+        let Self { background, clear_depth, meter, .. } = self;
+        (
+            Self { crop, background, clear_depth, picture, depth, planes, meter },
+            Self {
+                crop: crop_below,
+                background,
+                clear_depth,
+                picture: picture_below,
+                depth: depth_below,
+                planes: planes_below,
+                meter,
+            },
+        )
+    }
+
+    fn clear(&mut self) {
+        self.meter.add(self.crop.height);
+        if let Some(picture) = &mut self.picture {
+            picture.fill(self.background);
+        }
+        if let Some(depth) = &mut self.depth {
+            depth.fill(self.clear_depth);
+        }
+        for plane in &mut self.planes {
+            plane.clear(self.clear_depth);
+        }
+    }
+}
+
+/// How often the pixels of some rows are covered.
+#[derive(Debug)]
+pub(crate) struct Counts<'a> {
+    /// Which pixels of the framebuffer they are.
+    pub(crate) crop: Crop,
+    /// Row after row.
+    pub(crate) counts: &'a mut [u32],
+}
+
+impl draw::Canvas for Counts<'_> {
+    fn size(&self) -> (u32, u32) {
+        (self.crop.width, self.crop.height)
+    }
+
+    fn split_at_row(self, row: u32) -> (Self, Self) {
+        let (crop, crop_below) = self.crop.split_at_row(row);
+        let (counts, counts_below) = self.counts.split_at_mut(crop.pixels());
+        (Self { crop, counts }, Self { crop: crop_below, counts: counts_below })
+    }
+
+    fn clear(&mut self) {
+        self.counts.fill(0);
+    }
 }

@@ -1,6 +1,7 @@
 //! The flags that `render` and `tile` share, and how their values are read. A value that
 //! cannot be meant is refused here, before any file is opened.
 
+use std::num::NonZero;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -154,11 +155,13 @@ fn stats_sink(text: &str) -> Result<Sink, String> {
     }
 }
 
+/// More threads than any machine has use for.
+const MOST_THREADS: u32 = 1024;
+
 fn threads(text: &str) -> Result<u32, String> {
     match text.parse() {
-        Ok(threads @ (0 | 1)) => Ok(threads),
-        Ok(_) => Err("this version draws on one thread: give 0 (all it can use) or 1".to_owned()),
-        Err(_) => Err("give a whole number: 0 (all it can use) or 1".to_owned()),
+        Ok(threads @ 0..=MOST_THREADS) => Ok(threads),
+        _ => Err(format!("give a whole number: 0 (one for each core) to {MOST_THREADS}")),
     }
 }
 
@@ -222,7 +225,7 @@ pub(crate) struct DrawFlags {
     #[arg(long, value_name = "X,Y,W,H", allow_hyphen_values = true)]
     crop: Option<Crop>,
 
-    /// Threads; 0 is all that can be used, which is one in this version.
+    /// Threads; 0 is one for each core. The picture is the same.
     #[arg(long, value_name = "N", default_value = "0", value_parser = threads, allow_hyphen_values = true)]
     threads: u32,
 
@@ -255,6 +258,30 @@ impl DrawFlags {
             ));
         }
         Ok(())
+    }
+
+    /// How many threads draw.
+    pub(crate) fn threads(&self) -> usize {
+        match self.threads {
+            0 => std::thread::available_parallelism().map_or(1, NonZero::get),
+            threads => threads as usize,
+        }
+    }
+
+    /// Runs `work` with as many threads to draw on.
+    pub(crate) fn on_threads<R: Send>(
+        &self,
+        work: impl FnOnce() -> R + Send,
+    ) -> Result<R, Failure> {
+        let threads = self.threads();
+        if threads == 1 {
+            return Ok(work());
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|e| {
+            Failure::new(format!("cannot start {threads} threads: {e}; give fewer --threads"))
+        })?;
+        Ok(pool.install(work))
     }
 
     /// The part of a picture of `size` that is drawn: all of it if nobody says otherwise.

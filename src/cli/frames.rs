@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use hyperspan::stats::Stats;
 use serde_json::json;
 
-use crate::failure::{Failure, Place, warn};
+use crate::failure::{Place, warn};
 use crate::flags::{DrawFlags, PrecisionFlag};
 use crate::progress::Progress;
 
@@ -21,24 +21,20 @@ pub(crate) struct Timings {
 
 impl Timings {
     /// Draws `repeat` frames; `frame` draws one, the clear included, and gives its counts.
-    pub(crate) fn measure(
-        repeat: u32,
-        mut frame: impl FnMut(&mut Progress) -> Result<Stats, Failure>,
-    ) -> Result<Self, Failure> {
+    pub(crate) fn measure(repeat: u32, mut frame: impl FnMut(&mut Progress) -> Stats) -> Self {
         let mut progress = Progress::new("frames");
         let mut sorted = Vec::new();
         let mut stats = Stats::default();
         for number in 0..repeat {
             let start = Instant::now();
-            stats =
-                if repeat == 1 { frame(&mut progress)? } else { frame(&mut Progress::silent())? };
+            stats = if repeat == 1 { frame(&mut progress) } else { frame(&mut Progress::silent()) };
             sorted.push(start.elapsed());
             if repeat > 1 {
                 progress.set(u64::from(number) + 1, u64::from(repeat));
             }
         }
         sorted.sort_unstable();
-        Ok(Self { sorted, stats })
+        Self { sorted, stats }
     }
 
     /// Tells of polygons of the file at `path` that were refused.
@@ -61,7 +57,7 @@ impl Timings {
             "frames": n,
             "min_ms": ms(0),
             "median_ms": median,
-            "threads": 1,
+            "threads": flags.threads(),
             "simd": flags.simd.name,
             "precision": match flags.precision {
                 PrecisionFlag::Fast => "fast",

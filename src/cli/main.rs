@@ -26,7 +26,6 @@ mod results;
 mod scene;
 mod shaders;
 mod surface;
-mod tally;
 mod text;
 mod tile;
 

@@ -43,10 +43,16 @@ pub(crate) struct PolyFile {
 }
 
 impl PolyFile {
-    /// Which vertices each polygon has, in file order.
-    pub(crate) fn polygons(&self) -> impl ExactSizeIterator<Item = Range<usize>> {
-        let start = |i: usize| if i == 0 { 0 } else { self.ends[i - 1] };
-        self.ends.iter().enumerate().map(move |(i, end)| start(i)..*end)
+    /// The number of polygons.
+    pub(crate) fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Which vertices polygon `i` has, in file order.
+    #[inline]
+    pub(crate) fn vertices(&self, i: usize) -> Range<usize> {
+        let start = i.checked_sub(1).map_or(0, |before| self.ends[before]);
+        start..self.ends[i]
     }
 }
 
@@ -208,7 +214,7 @@ mod tests {
              inf NaN -0 1e-3 7 8 # c\n\t \n \n.5 .5 .5 1 9 10",
         )
         .expect("a good file");
-        assert_eq!(file.polygons().collect::<Vec<_>>(), [0..2, 2..3]);
+        assert_eq!((0..file.len()).map(|i| file.vertices(i)).collect::<Vec<_>>(), [0..2, 2..3]);
         assert_eq!(file.attributes, [5.0, 6.0, 7.0, 8.0, 9.0, 10.0]);
         assert_eq!(file.attribute_count, 2);
         assert_eq!(file.interpolation, [Interpolation::Perspective, Interpolation::Flat]);

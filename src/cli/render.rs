@@ -113,9 +113,12 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
         precision: args.draw.precision.precision(),
         simd: args.draw.simd.simd,
         lit,
+        parallel: args.draw.threads() > 1,
     };
     let mut scene = Scene::new(&model, camera, options)?;
-    let timings = Timings::measure(args.draw.repeat, |progress| scene.draw(&mut canvas, progress))?;
+    let timings = args.draw.on_threads(|| {
+        Timings::measure(args.draw.repeat, |progress| scene.draw(&mut canvas, progress))
+    })?;
     timings.report_refused(&args.model);
     results::write(&args.draw, &args.aovs, &canvas, &timings)
 }

@@ -4,25 +4,25 @@
 //! same go through one compiled loop.
 
 use glam::DVec3;
+use hyperspan::batch::Batch;
 use hyperspan::camera::transform;
 use hyperspan::depth::DepthTest;
+use hyperspan::draw::{Call, Frame, Polygons};
 use hyperspan::placed::Placed;
 use hyperspan::polygon::Polygon;
 use hyperspan::simd::Simd;
 use hyperspan::space::Viewport;
 use hyperspan::stats::Stats;
-use hyperspan::target::Plane;
 use hyperspan::tiler::{Cull, Precision, Tiler};
 
 use crate::aov::Aov;
 use crate::camera::{Camera, DepthFlag};
-use crate::canvas::Canvas;
+use crate::canvas::{Band, Canvas, Meter};
 use crate::failure::Failure;
 use crate::model::{Lit, Look, Model, Piece, Run};
 use crate::progress::Progress;
-use crate::shaders::{Coverage, Data, Layout, Picture, Reads};
+use crate::shaders::{Layout, PaintCounts, PaintData, PaintDepth, PaintPicture, Reads};
 use crate::surface::{LitTexture, Plain, Shaded, Surface, Textured, light_piece};
-use crate::tally::FaceTally;
 
 /// How a model is to be drawn.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +35,8 @@ pub(crate) struct Options {
     pub(crate) simd: Simd,
     /// Which faces are lit.
     pub(crate) lit: Lit,
+    /// On more than one thread?
+    pub(crate) parallel: bool,
 }
 
 /// A model under a camera, with what is kept from one frame to the next.
@@ -43,9 +45,9 @@ pub(crate) struct Scene<'a> {
     model: &'a Model,
     camera: Camera,
     options: Options,
-    tiler: Tiler,
+    frame: Frame,
     /// For the pass that counts overdraw.
-    counter: Tiler,
+    counter: Frame,
     /// Positions in clip space.
     clip: Vec<[f64; 4]>,
     /// The same on the grid.
@@ -67,11 +69,14 @@ impl<'a> Scene<'a> {
         });
         let mut counter = Tiler::new(viewport);
         counter.set_cull(options.cull).set_simd(options.simd);
+        let [mut frame, mut counter] = [tiler, counter].map(Frame::new);
+        frame.set_parallel(options.parallel);
+        counter.set_parallel(options.parallel);
         Ok(Self {
             model,
             camera,
             options,
-            tiler,
+            frame,
             counter,
             clip: vec![[0.0; 4]; model.positions.len()],
             placed: Placed::new(viewport),
@@ -80,152 +85,175 @@ impl<'a> Scene<'a> {
     }
 
     /// Draws a frame, the clear included, and gives its counts.
-    pub(crate) fn draw(
-        &mut self,
-        canvas: &mut Canvas,
-        progress: &mut Progress,
-    ) -> Result<Stats, Failure> {
-        let Self { model, camera, options, tiler, counter, clip, placed, light } = self;
-        canvas.clear();
+    pub(crate) fn draw(&mut self, canvas: &mut Canvas, progress: &mut Progress) -> Stats {
+        let Self { model, camera, options, frame, counter, clip, placed, light } = self;
         for (clip, position) in clip.iter_mut().zip(&model.positions) {
             *clip = transform(camera.matrix, DVec3::from_array(*position));
         }
         placed.set(clip, options.simd);
-        let (x, y) = canvas.crop.origin();
-        tiler.set_origin(x, y).reset_stats();
-        let tally = FaceTally::default();
-        let mut frame = Frame { model, clip, placed, tiler, canvas, tally, progress };
         for run in &model.runs {
-            let look = run.look;
-            let lit = model.is_lit(look, options.lit);
-            if lit {
+            if model.is_lit(run.look, options.lit) {
                 for piece in &model.pieces[run.pieces.clone()] {
-                    light_piece(model, camera, look, *piece, light);
+                    light_piece(model, camera, run.look, *piece, light);
                 }
             }
-            let light = if lit { light.as_slice() } else { &[] };
-            frame.draw_run(run, light)?;
         }
-        let Frame { tally, .. } = frame;
-        let mut stats = tally.settle(tiler);
+        let (x, y) = canvas.crop.origin();
+        frame.settings().set_origin(x, y);
+        let view = View { model, clip, placed };
+        view.draw(frame, canvas, progress, |run| {
+            if model.is_lit(run.look, options.lit) { light } else { &[] }
+        });
+        let mut stats = frame.stats();
 
         // How often a pixel is covered does not depend on what hides it.
-        let mut extent = canvas.extent();
-        if let Some(mut shader) = canvas.overdraw() {
-            counter.set_origin(x, y);
-            for piece in &model.pieces {
-                let polygon: &dyn Polygon = &PiecePolygon::new(model, clip, placed, *piece, &());
-                counter.draw(polygon, &mut shader, &mut extent, None);
-            }
+        if let Some(counts) = canvas.overdraw() {
+            counter.settings().set_origin(x, y);
+            let batch = RunBatch { view, pieces: &model.pieces, vertices: &() };
+            counter.draw(counts, &[&Polygons::new(batch, PaintCounts)]);
             stats.peak_bytes = stats.peak_bytes.max(counter.stats().peak_bytes);
         }
-        Ok(stats)
+        stats
     }
 }
 
-/// A frame that is being drawn.
-struct Frame<'f> {
+/// A model in clip space.
+#[derive(Clone, Copy)]
+struct View<'f> {
     model: &'f Model,
     clip: &'f [[f64; 4]],
     placed: &'f Placed,
-    tiler: &'f mut Tiler,
-    canvas: &'f mut Canvas,
-    tally: FaceTally,
-    progress: &'f mut Progress,
 }
 
-impl Frame<'_> {
-    /// Draws `run`: chooses its surface, and the loop. `light` is empty if it is not lit.
-    fn draw_run(&mut self, run: &Run, light: &[f32]) -> Result<(), Failure> {
+/// How the faces of a run look, and which attributes they have.
+enum Skin<'f> {
+    Plain(Plain),
+    Shaded(Shaded<'f>),
+    Textured(Textured<'f>),
+    /// With what only data asks for.
+    Data(Box<WithExtras<'f>>, Layout),
+}
+
+impl<'f> View<'f> {
+    /// Draws all runs, which have the `light` that is said.
+    fn draw(
+        self,
+        frame: &mut Frame,
+        canvas: &mut Canvas,
+        progress: &mut Progress,
+        light: impl Fn(&Run) -> &'f [f32],
+    ) {
+        let runs = &self.model.runs;
+        let meter = Meter::new(progress, canvas.crop.height);
+        let skins: Vec<Skin<'_>> =
+            runs.iter().map(|run| self.skin(run, light(run), canvas)).collect();
+        let ids: Vec<_> = runs.iter().map(|run| self.ids(run)).collect();
+        let looks = runs.iter().zip(skins.iter().zip(&ids));
+        let calls: Vec<_> =
+            looks.map(|(run, (skin, id))| self.call(run, skin, id, canvas)).collect();
+        let calls: Vec<&dyn Call<Band<'_>>> = calls.iter().map(|call| &**call).collect();
+        frame.draw(canvas.band(&meter), &calls);
+    }
+
+    /// Chooses how `run` looks; `light` is empty if it is not lit.
+    fn skin(self, run: &Run, light: &'f [f32], canvas: &Canvas) -> Skin<'f> {
         let Model { colors, uvs, corners, materials, .. } = self.model;
         let diffuse = materials[run.look.material].diffuse;
-        if !self.canvas.has_color() {
-            return self.draw(run, &Plain { diffuse });
+        let plain = Plain { diffuse };
+        if !canvas.has_color() {
+            return self.dressed(run, plain, canvas, Skin::Plain(plain));
         }
         let texture = self.model.texture(run.look);
-        let textured = texture.map(|texture| Textured { texture, uvs, indices: &corners.uv });
-        match textured {
-            Some(textured) if light.is_empty() => self.draw(run, &textured),
-            Some(textured) => self.draw_data(run, &LitTexture { textured, light }, 3),
-            None if light.is_empty() && colors.is_empty() => self.draw(run, &Plain { diffuse }),
+        match texture.map(|texture| Textured { texture, uvs, indices: &corners.uv }) {
+            Some(textured) if light.is_empty() => {
+                self.dressed(run, textured, canvas, Skin::Textured(textured))
+            }
+            Some(textured) => self.data(run, LitTexture { textured, light }, 3, canvas),
+            None if light.is_empty() && colors.is_empty() => {
+                self.dressed(run, plain, canvas, Skin::Plain(plain))
+            }
             None => {
                 let positions = &corners.position;
-                self.draw(run, &Shaded { diffuse, colors, light, positions })
+                let shaded = Shaded { diffuse, colors, light, positions };
+                self.dressed(run, shaded, canvas, Skin::Shaded(shaded))
             }
         }
     }
 
-    /// Draws `run` in the quickest way for what is wanted.
-    fn draw<S: Surface + Reads>(&mut self, run: &Run, surface: &S) -> Result<(), Failure> {
-        if self.canvas.has_data() {
-            return self.draw_data(run, surface, S::ATTRIBUTES);
-        }
-        let Self { model, clip, placed, tiler, canvas, tally, progress } = self;
-        let mut extent = canvas.extent();
-        let (width, height) = (extent.width, extent.height);
-        let (depth, planes) = canvas.split();
-        let mut depth = depth.map(|depth| Plane::new(depth, width, height)).transpose()?;
-        if let Some(picture) = planes.picture {
-            let mut target = Plane::new(picture, width, height)?;
-            let shader = &mut Picture(surface);
-            for i in run.pieces.clone() {
-                let piece = next(model, i, tiler, tally, progress);
-                let polygon = PiecePolygon::new(model, clip, placed, piece, surface);
-                tiler.draw(&polygon, shader, &mut target, depth.as_mut());
-            }
-        } else {
-            for i in run.pieces.clone() {
-                let piece = next(model, i, tiler, tally, progress);
-                let polygon: &dyn Polygon = &PiecePolygon::new(model, clip, placed, piece, &());
-                tiler.draw(polygon, &mut Coverage::default(), &mut extent, depth.as_mut());
-            }
-        }
-        Ok(())
+    /// `skin`, whose surface is `surface`, unless there is data to be drawn.
+    fn dressed<S: Surface + Reads + 'f>(
+        self,
+        run: &Run,
+        surface: S,
+        canvas: &Canvas,
+        skin: Skin<'f>,
+    ) -> Skin<'f> {
+        if canvas.has_data() { self.data(run, surface, S::ATTRIBUTES, canvas) } else { skin }
     }
 
-    /// Draws `run` into all planes. The surface has `read` attributes.
-    fn draw_data(&mut self, run: &Run, surface: &dyn Surface, read: usize) -> Result<(), Failure> {
-        let Self { model, clip, placed, tiler, canvas, tally, progress } = self;
-        let (extras, layout) = extras(model, run.look, canvas, read);
-        let mut extent = canvas.extent();
-        let (depth, planes) = canvas.split();
-        let mut depth =
-            depth.map(|depth| Plane::new(depth, extent.width, extent.height)).transpose()?;
-        let mut shader = Data { colour: surface, layout, id: 0, planes };
-        for i in run.pieces.clone() {
-            let piece = next(model, i, tiler, tally, progress);
-            shader.id = piece.face;
-            let vertices = WithExtras { surface, read, model, extras: &extras, face: piece.face };
-            let polygon: &dyn Polygon = &PiecePolygon::new(model, clip, placed, piece, &vertices);
-            tiler.draw(polygon, &mut shader, &mut extent, depth.as_mut());
-        }
-        Ok(())
+    /// The same for all planes. The surface has `read` attributes.
+    fn data(self, run: &Run, surface: impl Surface + 'f, read: usize, canvas: &Canvas) -> Skin<'f> {
+        let (extras, layout) = extras(self.model, run.look, canvas, read);
+        let surface = Box::new(surface);
+        Skin::Data(Box::new(WithExtras { surface, read, model: self.model, extras }), layout)
     }
-}
 
-/// Piece `i`, which is going to be drawn.
-#[inline]
-fn next(
-    model: &Model,
-    i: usize,
-    tiler: &Tiler,
-    tally: &mut FaceTally,
-    progress: &mut Progress,
-) -> Piece {
-    const PROGRESS_PIECES: usize = 1 << 10;
-    if i.is_multiple_of(PROGRESS_PIECES) {
-        progress.set(i as u64, model.pieces.len() as u64);
+    /// The numbers of the faces of `run`.
+    fn ids(self, run: &Run) -> impl Fn(usize) -> u32 + Sync + use<'f> {
+        let pieces = &self.model.pieces[run.pieces.clone()];
+        move |i| pieces[i].face
     }
-    tally.before(tiler, &model.pieces, i);
-    model.pieces[i]
+
+    /// What draws `run`: the loop that is made for its `skin`.
+    fn call<'c, 'b>(
+        self,
+        run: &Run,
+        skin: &'c Skin<'f>,
+        id: &'c (dyn Fn(usize) -> u32 + Sync),
+        canvas: &Canvas,
+    ) -> Box<dyn Call<Band<'b>> + 'c>
+    where
+        'f: 'c,
+    {
+        let pieces = &self.model.pieces[run.pieces.clone()];
+        let has_picture = canvas.picture.is_some();
+        match skin {
+            Skin::Data(vertices, layout) => {
+                let colour = vertices.surface.colour();
+                let paint = PaintData { colour, layout: *layout, id };
+                Box::new(Polygons::new(
+                    RunBatch { view: self, pieces, vertices: &**vertices },
+                    paint,
+                ))
+            }
+            _ if !has_picture => {
+                Box::new(Polygons::new(RunBatch { view: self, pieces, vertices: &() }, PaintDepth))
+            }
+            Skin::Plain(surface) => self.picture(pieces, surface),
+            Skin::Shaded(surface) => self.picture(pieces, surface),
+            Skin::Textured(surface) => self.picture(pieces, surface),
+        }
+    }
+
+    fn picture<'c, 'b, S: Surface + Reads>(
+        self,
+        pieces: &'c [Piece],
+        surface: &'c S,
+    ) -> Box<dyn Call<Band<'b>> + 'c>
+    where
+        'f: 'c,
+    {
+        let batch = RunBatch { view: self, pieces, vertices: surface };
+        Box::new(Polygons::new(batch, PaintPicture(surface)))
+    }
 }
 
 /// The attributes of a model's corners, as some pass wants them.
-trait Vertices {
+trait Vertices: Sync {
     /// How many each corner has.
     fn count(&self) -> usize;
-    /// Attribute `k` of corner `corner`.
-    fn attribute(&self, corner: usize, k: usize) -> f32;
+    /// Attribute `k` of corner `corner` of face `face`.
+    fn attribute(&self, face: u32, corner: usize, k: usize) -> f32;
 }
 
 impl Vertices for () {
@@ -233,32 +261,30 @@ impl Vertices for () {
         0
     }
 
-    fn attribute(&self, _corner: usize, _k: usize) -> f32 {
+    fn attribute(&self, _face: u32, _corner: usize, _k: usize) -> f32 {
         0.0
     }
 }
 
 impl<S: Surface + Reads> Vertices for S {
-    #[inline]
+    #[inline(always)]
     fn count(&self) -> usize {
         S::ATTRIBUTES
     }
 
-    #[inline]
-    fn attribute(&self, corner: usize, k: usize) -> f32 {
+    #[inline(always)]
+    fn attribute(&self, _face: u32, corner: usize, k: usize) -> f32 {
         Surface::attribute(self, corner, k)
     }
 }
 
 /// A surface's attributes, and behind them those that only data asks for.
 struct WithExtras<'a> {
-    surface: &'a dyn Surface,
+    surface: Box<dyn Surface + 'a>,
     /// How many attributes the surface has.
     read: usize,
     model: &'a Model,
-    extras: &'a [Extra],
-    /// The face that is being drawn.
-    face: u32,
+    extras: Vec<Extra>,
 }
 
 /// One attribute that only data asks for: component 0, 1 or 2 of it.
@@ -299,7 +325,7 @@ impl Vertices for WithExtras<'_> {
     }
 
     #[inline]
-    fn attribute(&self, corner: usize, k: usize) -> f32 {
+    fn attribute(&self, face: u32, corner: usize, k: usize) -> f32 {
         let Some(extra) = k.checked_sub(self.read) else {
             return self.surface.attribute(corner, k);
         };
@@ -307,10 +333,43 @@ impl Vertices for WithExtras<'_> {
         match self.extras[extra] {
             Extra::Uv(c) => uvs[corners.uv[corner] as usize][c],
             Extra::Normal(c) => normals[corners.normal[corner] as usize][c],
-            Extra::FaceNormal(c) => face_normals[self.face as usize][c],
+            Extra::FaceNormal(c) => face_normals[face as usize][c],
             #[expect(clippy::cast_possible_truncation, reason = "attributes are f32")]
             Extra::Position(c) => positions[corners.position[corner] as usize][c] as f32,
         }
+    }
+}
+
+/// Pieces of the model that have the same attributes.
+struct RunBatch<'a, V> {
+    view: View<'a>,
+    pieces: &'a [Piece],
+    vertices: &'a V,
+}
+
+impl<V: Vertices> Batch for RunBatch<'_, V> {
+    type Polygon<'p>
+        = PiecePolygon<'p, V>
+    where
+        Self: 'p;
+
+    fn len(&self) -> usize {
+        self.pieces.len()
+    }
+
+    #[inline(always)]
+    fn polygon(&self, i: usize) -> PiecePolygon<'_, V> {
+        let View { model, clip, placed } = self.view;
+        let piece = self.pieces[i];
+        let corners = piece.corners();
+        let start = corners.start;
+        let positions = &model.corners.position[corners];
+        PiecePolygon { clip, positions, start, face: piece.face, vertices: self.vertices, placed }
+    }
+
+    #[inline(always)]
+    fn continues(&self, i: usize) -> bool {
+        i > 0 && self.pieces[i - 1].face == self.pieces[i].face
     }
 }
 
@@ -321,54 +380,39 @@ struct PiecePolygon<'a, V> {
     positions: &'a [u32],
     /// Its first corner.
     start: usize,
+    face: u32,
     vertices: &'a V,
     /// Of all positions of the model.
     placed: &'a Placed,
 }
 
-impl<'a, V: Vertices> PiecePolygon<'a, V> {
-    #[inline]
-    fn new(
-        model: &'a Model,
-        clip: &'a [[f64; 4]],
-        placed: &'a Placed,
-        piece: Piece,
-        vertices: &'a V,
-    ) -> Self {
-        let corners = piece.corners();
-        let start = corners.start;
-        let positions = &model.corners.position[corners];
-        Self { clip, positions, start, vertices, placed }
-    }
-}
-
 impl<V: Vertices> Polygon for PiecePolygon<'_, V> {
-    #[inline]
+    #[inline(always)]
     fn len(&self) -> usize {
         self.positions.len()
     }
 
-    #[inline]
+    #[inline(always)]
     fn attribute_count(&self) -> usize {
         self.vertices.count()
     }
 
-    #[inline]
+    #[inline(always)]
     fn position(&self, i: usize) -> [f64; 4] {
         self.clip[self.positions[i] as usize]
     }
 
-    #[inline]
+    #[inline(always)]
     fn attribute(&self, i: usize, k: usize) -> f32 {
-        self.vertices.attribute(self.start + i, k)
+        self.vertices.attribute(self.face, self.start + i, k)
     }
 
-    #[inline]
+    #[inline(always)]
     fn placed(&self) -> Option<&Placed> {
         Some(self.placed)
     }
 
-    #[inline]
+    #[inline(always)]
     fn placed_index(&self, i: usize) -> usize {
         self.positions[i] as usize
     }

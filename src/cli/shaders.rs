@@ -2,20 +2,23 @@
 //!
 //! [`Picture`] writes a picture and nothing else, straight into rows of RGBA8: the fast way.
 //! [`Data`] writes every plane itself, the picture too, from one pass; [`Coverage`] does where
-//! no plane needs values. Where colours come from is the caller's [`Colour`].
+//! no plane needs values. Where colours come from is the caller's [`Colour`]. For each there is
+//! what opens it for a band of rows.
 //!
 //! Each pair of a polygon's type and a shader is a loop of its own, times the instruction sets.
 //! So only what is drawn most has a [`Picture`] of its own, and all else is [`Data`].
 
+use hyperspan::draw::Paint;
 use hyperspan::shade::{BLOCK, Block, Inputs, Shader, unorm8};
+use hyperspan::target::{DepthBuffer, Plane};
 use hyperspan::varying::CANONICAL_NAN;
 
 use crate::aov::Aov;
-use crate::canvas::{Planes, Values};
+use crate::canvas::{Band, Counts, Extent, PlaneRows, RowValues};
 use crate::flags::Crop;
 
 /// The colour of a pixel, out of its attributes. Covered pixels are opaque.
-pub(crate) trait Colour {
+pub(crate) trait Colour: Sync {
     /// Red, green and blue of `lane`.
     fn rgb(&self, attributes: &[[f32; BLOCK]], lane: usize) -> [f32; 3];
 
@@ -24,8 +27,8 @@ pub(crate) trait Colour {
     fn rgba8(&self, attributes: &[[f32; BLOCK]], _mask: u16, out: &mut [[u8; 4]; BLOCK]) {
         // All lanes: vectors are faster than branches.
         for (lane, pixel) in out.iter_mut().enumerate() {
-            let [r, g, b] = self.rgb(attributes, lane).map(unorm8);
-            *pixel = [r, g, b, 255];
+            let [r, g, b] = self.rgb(attributes, lane);
+            *pixel = [unorm8(r), unorm8(g), unorm8(b), 255];
         }
     }
 }
@@ -63,40 +66,167 @@ pub(crate) struct Layout {
     pub(crate) position: Option<usize>,
 }
 
-/// Writes all planes of data, and the picture if there is one.
-pub(crate) struct Data<'a> {
+/// Draws a picture and nothing else.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PaintPicture<'a, C>(pub(crate) &'a C);
+
+impl<'a, 'b, C: Colour + Reads> Paint<Band<'b>> for PaintPicture<'a, C> {
+    type Shader<'c>
+        = Picture<'c, C>
+    where
+        Self: 'c,
+        Band<'b>: 'c;
+    type Target<'c>
+        = Plane<'c, [u8; 4]>
+    where
+        Self: 'c,
+        Band<'b>: 'c;
+
+    fn open<'c>(
+        &'c self,
+        band: &'c mut Band<'b>,
+    ) -> (Picture<'c, C>, Plane<'c, [u8; 4]>, Option<DepthBuffer<'c>>) {
+        let picture = band.picture.as_deref_mut().unwrap_or_default();
+        let depth = band.depth.as_deref_mut().map(|depth| plane(depth, band.crop));
+        (Picture(self.0), plane(picture, band.crop), depth)
+    }
+}
+
+/// The pixels of a crop; none where there are too few.
+fn plane<P: Copy>(pixels: &mut [P], crop: Crop) -> Plane<'_, P> {
+    let size = if pixels.len() < crop.width as usize * crop.height as usize {
+        (0, 0)
+    } else {
+        (crop.width, crop.height)
+    };
+    Plane::new(pixels, size.0, size.1).unwrap_or_else(|_| Plane::default())
+}
+
+/// Draws all planes of data, and the picture if there is one.
+pub(crate) struct PaintData<'a> {
     /// Where colours come from.
     pub(crate) colour: &'a dyn Colour,
     /// Where the other attributes are.
     pub(crate) layout: Layout,
-    /// The polygon's number.
-    pub(crate) id: u32,
-    /// Where it all goes.
-    pub(crate) planes: Planes<'a>,
+    /// The number of polygon `i` of the batch.
+    pub(crate) id: &'a (dyn Fn(usize) -> u32 + Sync),
 }
 
-impl Shader for Data<'_> {
+impl<'a, 'b> Paint<Band<'b>> for PaintData<'a> {
+    type Shader<'c>
+        = Data<'c, 'b>
+    where
+        Self: 'c,
+        Band<'b>: 'c;
+    type Target<'c>
+        = Extent
+    where
+        Self: 'c,
+        Band<'b>: 'c;
+
+    fn open<'c>(
+        &'c self,
+        band: &'c mut Band<'b>,
+    ) -> (Data<'c, 'b>, Extent, Option<DepthBuffer<'c>>) {
+        let crop = band.crop;
+        let depth = band.depth.as_deref_mut().map(|depth| plane(depth, crop));
+        let data = Data {
+            paint: self,
+            id: 0,
+            crop,
+            picture: band.picture.as_deref_mut(),
+            planes: &mut band.planes,
+        };
+        (data, Extent { width: crop.width, height: crop.height }, depth)
+    }
+}
+
+/// Draws depth, and nothing else.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PaintDepth;
+
+impl<'b> Paint<Band<'b>> for PaintDepth {
+    type Shader<'c>
+        = Coverage<'c>
+    where
+        Band<'b>: 'c;
+    type Target<'c>
+        = Extent
+    where
+        Band<'b>: 'c;
+
+    fn open<'c>(
+        &'c self,
+        band: &'c mut Band<'b>,
+    ) -> (Coverage<'c>, Extent, Option<DepthBuffer<'c>>) {
+        let Crop { width, height, .. } = band.crop;
+        let depth = band.depth.as_deref_mut().map(|depth| plane(depth, band.crop));
+        (Coverage::default(), Extent { width, height }, depth)
+    }
+}
+
+/// Counts how often pixels are covered.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PaintCounts;
+
+impl<'b> Paint<Counts<'b>> for PaintCounts {
+    type Shader<'c>
+        = Coverage<'c>
+    where
+        Counts<'b>: 'c;
+    type Target<'c>
+        = Extent
+    where
+        Counts<'b>: 'c;
+
+    fn open<'c>(
+        &'c self,
+        band: &'c mut Counts<'b>,
+    ) -> (Coverage<'c>, Extent, Option<DepthBuffer<'c>>) {
+        let Crop { width, height, .. } = band.crop;
+        let counts = Some((band.crop, &mut *band.counts));
+        (Coverage { counts }, Extent { width, height }, None)
+    }
+}
+
+/// Writes all planes of data, and the picture if there is one.
+pub(crate) struct Data<'c, 'b> {
+    paint: &'c PaintData<'c>,
+    /// The polygon's number.
+    id: u32,
+    crop: Crop,
+    picture: Option<&'c mut [[u8; 4]]>,
+    planes: &'c mut [PlaneRows<'b>],
+}
+
+impl Shader for Data<'_, '_> {
     type Pixel = ();
     const KEEPS_ALL: bool = true;
 
     #[inline(always)]
+    fn start(&mut self, i: usize) {
+        self.id = (self.paint.id)(i);
+    }
+
+    #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, _out: &mut [(); BLOCK]) -> u16 {
-        let places = self.planes.crop.places(block);
-        if let Some(picture) = &mut self.planes.picture {
+        let PaintData { colour, layout, .. } = *self.paint;
+        let places = self.crop.places(block);
+        if let Some(picture) = &mut self.picture {
             let mut rgba = [[0; 4]; BLOCK];
-            self.colour.rgba8(block.attributes, block.mask, &mut rgba);
+            colour.rgba8(block.attributes, block.mask, &mut rgba);
             for lane in lanes(block.mask) {
                 picture[places[lane]] = rgba[lane];
             }
         }
-        for plane in self.planes.planes.iter_mut() {
+        for plane in self.planes.iter_mut() {
             match &mut plane.values {
-                Values::Integers(values) => {
+                RowValues::Integers(values) => {
                     for lane in lanes(block.mask) {
                         values[places[lane]] = self.id;
                     }
                 }
-                Values::Floats(values) => {
+                RowValues::Floats(values) => {
                     let n = plane.channels;
                     for lane in lanes(block.mask) {
                         let i = places[lane] * n;
@@ -105,12 +235,12 @@ impl Shader for Data<'_> {
                             Aov::Depth => pixel[0] = block.depth[lane],
                             Aov::W => pixel[0] = block.w[lane],
                             Aov::Color => {
-                                let [r, g, b] = self.colour.rgb(block.attributes, lane);
+                                let [r, g, b] = colour.rgb(block.attributes, lane);
                                 pixel.copy_from_slice(&[r, g, b, 1.0].map(canonical));
                             }
-                            Aov::Uv => gather(pixel, self.layout.uv, block, lane),
-                            Aov::Normal => gather(pixel, self.layout.normal, block, lane),
-                            Aov::Position => gather(pixel, self.layout.position, block, lane),
+                            Aov::Uv => gather(pixel, layout.uv, block, lane),
+                            Aov::Normal => gather(pixel, layout.normal, block, lane),
+                            Aov::Position => gather(pixel, layout.position, block, lane),
                             Aov::Attr => gather(pixel, Some(0), block, lane),
                             Aov::Id | Aov::Overdraw => {}
                         }

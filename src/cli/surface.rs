@@ -16,6 +16,9 @@ use crate::shaders::{Colour, Reads};
 pub(crate) trait Surface: Colour {
     /// Attribute `k` at corner `corner` of the model.
     fn attribute(&self, corner: usize, k: usize) -> f32;
+
+    /// A pixel's side.
+    fn colour(&self) -> &dyn Colour;
 }
 
 /// One colour.
@@ -37,7 +40,11 @@ impl Colour for Plain {
 }
 
 impl Surface for Plain {
-    #[inline]
+    fn colour(&self) -> &dyn Colour {
+        self
+    }
+
+    #[inline(always)]
     fn attribute(&self, _corner: usize, _k: usize) -> f32 {
         0.0
     }
@@ -69,7 +76,11 @@ impl Colour for Shaded<'_> {
 }
 
 impl Surface for Shaded<'_> {
-    #[inline]
+    fn colour(&self) -> &dyn Colour {
+        self
+    }
+
+    #[inline(always)]
     fn attribute(&self, corner: usize, k: usize) -> f32 {
         let color = self.colors.get(self.positions[corner] as usize).map_or(1.0, |color| color[k]);
         self.light.get(corner).map_or(color, |light| light * color)
@@ -117,7 +128,11 @@ impl Colour for Textured<'_> {
 }
 
 impl Surface for Textured<'_> {
-    #[inline]
+    fn colour(&self) -> &dyn Colour {
+        self
+    }
+
+    #[inline(always)]
     fn attribute(&self, corner: usize, k: usize) -> f32 {
         self.uvs[self.indices[corner] as usize][k]
     }
@@ -140,7 +155,11 @@ impl Colour for LitTexture<'_> {
 }
 
 impl Surface for LitTexture<'_> {
-    #[inline]
+    fn colour(&self) -> &dyn Colour {
+        self
+    }
+
+    #[inline(always)]
     fn attribute(&self, corner: usize, k: usize) -> f32 {
         if k < 2 { self.textured.attribute(corner, k) } else { self.light[corner] }
     }

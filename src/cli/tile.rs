@@ -1,27 +1,27 @@
 //! `hyperspan tile`: polygons in clip space to a picture, and to data. What the library does
 //! with a polygon can be seen here, without a camera or a model around it.
 
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use hyperspan::batch::Batch;
 use hyperspan::depth::DepthTest;
-use hyperspan::polygon::{Polygon, Strided};
+use hyperspan::draw::{Call, Frame, Polygons};
+use hyperspan::polygon::Polygon;
 use hyperspan::shade::BLOCK;
 use hyperspan::space::Viewport;
 use hyperspan::stats::Stats;
-use hyperspan::target::Plane;
 use hyperspan::tiler::Tiler;
 
 use crate::aov::{self, Aov, Request};
-use crate::canvas::{Canvas, Plan};
+use crate::canvas::{Band, Canvas, Meter, Plan};
 use crate::failure::{Failure, Place};
 use crate::flags::{DrawFlags, Size};
 use crate::frames::Timings;
 use crate::poly::{self, PolyFile};
 use crate::progress::Progress;
 use crate::results;
-use crate::shaders::{Colour, Coverage, Data, Layout};
+use crate::shaders::{Colour, Layout, PaintCounts, PaintData, PaintDepth};
 use crate::text::Lines;
 
 /// Draws polygons given in clip space.
@@ -85,11 +85,11 @@ pub(crate) fn run(args: &TileArgs) -> Result<(), Failure> {
     })?;
     let viewport =
         Viewport::new(0, 0, args.size.width, args.size.height)?.with_depth_range(file.depth_range);
-    let mut tilers = Tilers { tiler: Tiler::new(viewport), counter: Tiler::new(viewport) };
     let (x, y) = crop.origin();
-    tilers.counter.set_origin(x, y).set_simd(args.draw.simd.simd);
-    tilers
-        .tiler
+    let mut tiler = Tiler::new(viewport);
+    let mut counter = Tiler::new(viewport);
+    counter.set_origin(x, y).set_simd(args.draw.simd.simd);
+    tiler
         .set_origin(x, y)
         .set_precision(args.draw.precision.precision())
         .set_simd(args.draw.simd.simd)
@@ -98,8 +98,14 @@ pub(crate) fn run(args: &TileArgs) -> Result<(), Failure> {
             DepthFlag::Reversed => DepthTest::REVERSED,
             DepthFlag::None | DepthFlag::Standard => DepthTest::STANDARD,
         });
-    let timings = Timings::measure(args.draw.repeat, |progress| {
-        draw(&file, &mut tilers, &mut canvas, progress)
+    let mut frames = Frames { frame: Frame::new(tiler), counter: Frame::new(counter) };
+    let parallel = args.draw.threads() > 1;
+    frames.frame.set_parallel(parallel);
+    frames.counter.set_parallel(parallel);
+    let timings = args.draw.on_threads(|| {
+        Timings::measure(args.draw.repeat, |progress| {
+            draw(&file, &mut frames, &mut canvas, progress)
+        })
     })?;
     timings.report_refused(&args.polygons);
     results::write(&args.draw, &args.aovs, &canvas, &timings)
@@ -125,66 +131,97 @@ impl Colour for FirstThree {
 
 /// What is kept from one frame to the next.
 #[derive(Debug)]
-struct Tilers {
-    tiler: Tiler,
+struct Frames {
+    frame: Frame,
     /// For the pass that counts overdraw.
-    counter: Tiler,
+    counter: Frame,
 }
 
 /// Draws a frame, the clear included, and gives its counts.
 fn draw(
     file: &PolyFile,
-    tilers: &mut Tilers,
+    frames: &mut Frames,
     canvas: &mut Canvas,
     progress: &mut Progress,
-) -> Result<Stats, Failure> {
-    const PROGRESS_POLYGONS: usize = 1 << 10;
-
-    let Tilers { tiler, counter } = tilers;
-    canvas.clear();
-    tiler.reset_stats();
-    let all = file.polygons().len() as u64;
-    let mut extent = canvas.extent();
+) -> Stats {
+    let Frames { frame, counter } = frames;
     let has_values = canvas.has_data() || canvas.has_color();
-    let wants_attributes = canvas.wants(Aov::Attr);
-    let (depth, planes) = canvas.split();
-    let mut depth =
-        depth.map(|depth| Plane::new(depth, extent.width, extent.height)).transpose()?;
-    let polygons = file.polygons().enumerate().inspect(|(i, _)| {
-        if i.is_multiple_of(PROGRESS_POLYGONS) {
-            progress.set(*i as u64, all);
-        }
-    });
-    let n = file.attribute_count;
     // What nobody looks at is not interpolated.
-    let read = if wants_attributes { n } else { n.min(3) };
-    let polygon = |vertices: Range<usize>| {
-        let attributes = &file.attributes[vertices.start * n..vertices.end * n];
-        Strided::new(&file.positions[vertices], attributes, n, read)
-    };
-    if has_values {
-        let mut shader = Data { colour: &FirstThree, layout: Layout::default(), id: 0, planes };
-        for (i, vertices) in polygons {
-            // More polygons than ids: they would fill more memory than there is.
-            shader.id = u32::try_from(i).unwrap_or(u32::MAX);
-            let polygon: &dyn Polygon = &polygon(vertices)?;
-            tiler.draw(polygon, &mut shader, &mut extent, depth.as_mut());
-        }
-    } else {
-        for (_, vertices) in polygons {
-            let polygon: &dyn Polygon = &polygon(vertices)?;
-            tiler.draw(polygon, &mut Coverage::default(), &mut extent, depth.as_mut());
-        }
-    }
-    let mut stats = tiler.stats();
+    let n = file.attribute_count;
+    let read = if canvas.wants(Aov::Attr) { n } else { n.min(3) };
+    let batch = FileBatch { file, read };
+    // More polygons than ids: they would fill more memory than there is.
+    let id = |i: usize| u32::try_from(i).unwrap_or(u32::MAX);
+    let paint = PaintData { colour: &FirstThree, layout: Layout::default(), id: &id };
+    let data = Polygons::new(batch, paint);
+    let depth = Polygons::new(batch, PaintDepth);
+    let call: &dyn Call<Band<'_>> = if has_values { &data } else { &depth };
+    let meter = Meter::new(progress, canvas.crop.height);
+    frame.draw(canvas.band(&meter), &[call]);
+    let mut stats = frame.stats();
 
     // How often a pixel is covered does not depend on what hides it.
-    if let Some(mut shader) = canvas.overdraw() {
-        for vertices in file.polygons() {
-            let polygon: &dyn Polygon = &polygon(vertices)?;
-            counter.draw(polygon, &mut shader, &mut extent, None);
-        }
+    if let Some(counts) = canvas.overdraw() {
+        counter.draw(counts, &[&Polygons::new(batch, PaintCounts)]);
         stats.peak_bytes = stats.peak_bytes.max(counter.stats().peak_bytes);
     }
-    Ok(stats)
+    stats
+}
+
+/// The polygons of a file with the first `read` of their attributes.
+#[derive(Clone, Copy)]
+struct FileBatch<'a> {
+    file: &'a PolyFile,
+    read: usize,
+}
+
+impl Batch for FileBatch<'_> {
+    type Polygon<'p>
+        = FilePolygon<'p>
+    where
+        Self: 'p;
+
+    fn len(&self) -> usize {
+        self.file.len()
+    }
+
+    #[inline(always)]
+    fn polygon(&self, i: usize) -> FilePolygon<'_> {
+        let PolyFile { positions, attributes, attribute_count, .. } = self.file;
+        let vertices = self.file.vertices(i);
+        let attributes = &attributes[vertices.start * attribute_count..];
+        let positions = &positions[vertices];
+        FilePolygon { positions, attributes, stride: *attribute_count, read: self.read }
+    }
+}
+
+/// A polygon of a file.
+struct FilePolygon<'a> {
+    positions: &'a [[f32; 4]],
+    /// From its own on, `stride` for each vertex.
+    attributes: &'a [f32],
+    stride: usize,
+    read: usize,
+}
+
+impl Polygon for FilePolygon<'_> {
+    #[inline]
+    fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    #[inline]
+    fn attribute_count(&self) -> usize {
+        self.read
+    }
+
+    #[inline]
+    fn position(&self, i: usize) -> [f64; 4] {
+        self.positions[i].map(f64::from)
+    }
+
+    #[inline]
+    fn attribute(&self, i: usize, k: usize) -> f32 {
+        self.attributes[i * self.stride + k]
+    }
 }

@@ -137,7 +137,7 @@ impl Bins {
 
 /// Polygons of a chunk in a band.
 #[derive(Clone, Copy, Debug)]
-pub struct Entries<'a> {
+pub(crate) struct Entries<'a> {
     words: &'a [u32],
 }
 

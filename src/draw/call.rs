@@ -9,10 +9,10 @@ use super::canvas::{Canvas, Paint};
 use crate::batch::Batch;
 use crate::shade::Shader;
 use crate::space::PixelRect;
-use crate::stats::Stats;
+use crate::stats::{FaceCount, Stats};
 use crate::target::Target;
+use crate::tiler::Tiler;
 use crate::tiler::keep::{Keep, Kept};
-use crate::tiler::{Outcome, Tiler};
 
 /// Polygons that are drawn in the same way on canvases of the type `C`; [`Polygons`] is one.
 pub trait Call<C: Canvas>: Sync {
@@ -23,6 +23,10 @@ pub trait Call<C: Canvas>: Sync {
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
+
+    /// Draws all on the whole canvas.
+    #[doc(hidden)]
+    fn draw(&self, tiler: &mut Tiler, canvas: &mut C);
 
     /// Sorts `polygons` into the bands of what is to be drawn.
     #[doc(hidden)]
@@ -49,6 +53,8 @@ pub struct Painting<'a> {
     /// Where the numbers begin of those that were kept by the thread that sorted them.
     pub(super) first_kept: u32,
     pub(super) band: u32,
+    /// Are these the band's first rows?
+    pub(super) is_top: bool,
     /// The first polygon of the chunk.
     pub(super) first: usize,
     pub(super) entries: Entries<'a>,
@@ -56,21 +62,37 @@ pub struct Painting<'a> {
 
 /// The polygons of a batch, and what they are drawn with.
 #[derive(Clone, Copy, Debug)]
-pub struct Polygons<'a, B: ?Sized, P> {
-    batch: &'a B,
+pub struct Polygons<B, P> {
+    batch: B,
     paint: P,
 }
 
-impl<'a, B: Batch + ?Sized, P> Polygons<'a, B, P> {
-    /// `batch`, drawn with `paint`.
-    pub fn new(batch: &'a B, paint: P) -> Self {
+impl<B: Batch, P> Polygons<B, P> {
+    /// `batch` (it may be borrowed), drawn with `paint`.
+    pub fn new(batch: B, paint: P) -> Self {
         Self { batch, paint }
     }
 }
 
-impl<C: Canvas, B: Batch + ?Sized, P: Paint<C>> Call<C> for Polygons<'_, B, P> {
+impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
     fn len(&self) -> usize {
         self.batch.len()
+    }
+
+    fn draw(&self, tiler: &mut Tiler, canvas: &mut C) {
+        let (mut shader, mut target, mut depth) = self.paint.open(canvas);
+        let window = tiler.window(target.size(), depth.as_ref());
+        dispatch!(tiler.simd().0, simd => {
+            let mut faces = FaceCount::new(tiler.stats_mut());
+            for i in 0..self.batch.len() {
+                let polygon = self.batch.polygon(i);
+                shader.start(i);
+                let outcome = tiler.draw_sorted(
+                    simd, &polygon, window, &mut shader, &mut target, depth.as_mut(),
+                );
+                faces.count(tiler.stats_mut(), outcome, self.batch.continues(i));
+            }
+        });
     }
 
     fn sort(&self, sorting: Sorting<'_>, polygons: Range<usize>) {
@@ -83,31 +105,20 @@ impl<C: Canvas, B: Batch + ?Sized, P: Paint<C>> Call<C> for Polygons<'_, B, P> {
             i
         };
         let (start, end) = (begin(polygons.start), begin(polygons.end));
-        let mut face = Outcome::Drawn;
         dispatch!(tiler.simd().0, simd => {
+            let mut faces = FaceCount::new(tiler.stats_mut());
             for i in start..end {
-                let polygon = self.batch.polygon(i);
-                let clipped = tiler.stats_mut().clipped;
-                let (outcome, rows) = tiler.sort(simd, &polygon, window);
+                let (outcome, rows) = tiler.sort(simd, &self.batch.polygon(i), window);
                 if let Some(rows) = rows {
                     bins.add(i - polygons.start, rows);
                 }
-                if i == start || !self.batch.continues(i) {
-                    tiler.count(outcome);
-                    face = outcome;
-                    continue;
-                }
-                tiler.stats_mut().clipped = clipped;
-                if face != Outcome::Drawn && outcome == Outcome::Drawn {
-                    tiler.uncount(face);
-                    face = outcome;
-                }
+                faces.count(tiler.stats_mut(), outcome, self.batch.continues(i));
             }
         });
     }
 
     fn paint(&self, painting: Painting<'_>, canvas: &mut C) {
-        let Painting { tiler, keep, first_kept, band, first, entries } = painting;
+        let Painting { tiler, keep, first_kept, band, is_top, first, entries } = painting;
         let (mut shader, mut target, mut depth) = self.paint.open(canvas);
         let window = tiler.window(target.size(), depth.as_ref());
         dispatch!(tiler.simd().0, simd => {
@@ -130,7 +141,7 @@ impl<C: Canvas, B: Batch + ?Sized, P: Paint<C>> Call<C> for Polygons<'_, B, P> {
                 // A polygon counts once: what was clipped, when it was sorted.
                 let stats = tiler.stats_mut();
                 stats.clipped = clipped;
-                if !entry.is_first_band || i > 0 && self.batch.continues(i) {
+                if !(entry.is_first_band && is_top) || i > 0 && self.batch.continues(i) {
                     stats.constant_w = constant_w;
                 }
             }

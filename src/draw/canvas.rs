@@ -139,7 +139,7 @@ where
 #[derive(Clone, Copy, Debug)]
 pub struct With<S>(pub S);
 
-impl<T, S> Paint<Screen<'_, T>> for With<S>
+impl<'a, T, S> Paint<Screen<'a, T>> for With<S>
 where
     T: Rows + Send,
     T::Pixel: Send,
@@ -149,16 +149,16 @@ where
         = S
     where
         Self: 'c,
-        T: 'c;
+        Screen<'a, T>: 'c;
     type Target<'c>
         = &'c mut T
     where
         Self: 'c,
-        T: 'c;
+        Screen<'a, T>: 'c;
 
     fn open<'c>(
         &'c self,
-        canvas: &'c mut Screen<'_, T>,
+        canvas: &'c mut Screen<'a, T>,
     ) -> (S, &'c mut T, Option<DepthBuffer<'c>>) {
         (self.0.clone(), &mut canvas.target, canvas.depth.as_mut().map(DepthBuffer::reborrow))
     }

@@ -1,5 +1,5 @@
-//! Draw lists: many polygons, sorted into bands of rows whose colour and depth fit the cache,
-//! and drawn band by band, on one thread or on many.
+//! Draw lists: many polygons, drawn by one thread in the order in which they come, or sorted into
+//! bands of rows and drawn band by band by the threads of a pool.
 //!
 //! ```text
 //! calls -> sorted, chunk by chunk -> bins, one for each band -> cleared and drawn, band by band
@@ -18,6 +18,8 @@ mod run;
 use alloc::vec::Vec;
 
 use bins::{Bins, CHUNK};
+use run::{Painter, Part, Sorter};
+
 pub use call::{Call, Polygons};
 pub use canvas::{Canvas, Paint, Rows, Screen, With};
 
@@ -26,21 +28,21 @@ use crate::stats::Stats;
 use crate::tiler::Tiler;
 use crate::tiler::keep::Keep;
 
-/// Bytes of a band's colour and depth, about: what fits into a second-level cache beside polygons
-/// and textures.
-const BAND_BYTES: u32 = 1 << 19;
+/// Bands for each thread: enough that none has to wait for long at the end.
+const BANDS_PER_THREAD: usize = 8;
 
 /// Rows of a band are a multiple of this.
-const ROW_STEP: u32 = 16;
+const ROW_STEP: usize = 16;
 
 /// Draws lists of polygons; keeps its buffers from one frame to the next, so that a frame like the
 /// one before allocates nothing.
 #[derive(Debug)]
 pub struct Frame {
     settings: Tiler,
-    threads: usize,
-    /// One for each thread.
+    parallel: bool,
+    /// One for each thread; and what each has sorted.
     workers: Vec<run::Worker>,
+    bins: Vec<Bins>,
     chunks: Vec<Chunk>,
     stats: Stats,
 }
@@ -50,7 +52,10 @@ pub struct Frame {
 struct Hand {
     tiler: Tiler,
     keep: Keep,
+    /// While it sorts.
     bins: Bins,
+    /// How far it is with what each thread has sorted.
+    cursors: Vec<usize>,
 }
 
 /// Polygons that are sorted at a time.
@@ -72,28 +77,28 @@ struct Bands {
 }
 
 impl Frame {
-    /// A frame with the settings of `tiler`: its viewport, its origin, how it draws. All that was
-    /// set is taken over each time from what [`settings`](Self::settings) gives.
+    /// A frame with the settings of `tiler`: its viewport, its origin, how it draws.
     pub fn new(tiler: Tiler) -> Self {
         Self {
             settings: tiler,
-            threads: 1,
+            parallel: false,
             workers: Vec::new(),
+            bins: Vec::new(),
             chunks: Vec::new(),
             stats: Stats::default(),
         }
     }
 
-    /// How polygons are drawn.
+    /// How polygons are drawn: what is set here holds for the frames that follow.
     pub fn settings(&mut self) -> &mut Tiler {
         &mut self.settings
     }
 
-    /// How many threads draw: 1 unless set, and 0 for as many as the pool of `rayon` has in which
-    /// [`draw`](Self::draw) is called; there are never more. Without the feature `parallel` there
-    /// is one. No bit depends on it.
-    pub fn set_threads(&mut self, threads: usize) -> &mut Self {
-        self.threads = threads;
+    /// Whether all threads of the pool of `rayon` draw in which [`draw`](Self::draw) is called (the
+    /// caller's own, by its `install`, or else the global one), or just the caller. No bit depends
+    /// on it. Without the feature `parallel` there is but one thread.
+    pub fn set_parallel(&mut self, parallel: bool) -> &mut Self {
+        self.parallel = parallel;
         self
     }
 
@@ -104,60 +109,99 @@ impl Frame {
 
     /// Clears `canvas` and draws `calls` on it, one after the other.
     pub fn draw<C: Canvas>(&mut self, canvas: C, calls: &[&dyn Call<C>]) {
+        let threads = run::threads(self.parallel);
         let (width, height) = canvas.size();
-        let bands = Bands::of(width, height, self.settings.origin());
+        let bands = Bands::of(height, threads, self.settings.origin());
+        self.prepare(threads, bands);
+        if threads > 1 && width > 0 && height > 0 {
+            self.draw_in_bands(canvas, calls, bands);
+        } else if let Some(worker) = self.workers.first_mut() {
+            // One thread has nothing to sort: all in the order in which it comes.
+            let (mut canvas, tiler) = (canvas, &mut run::hand(worker).tiler);
+            canvas.clear();
+            for call in calls {
+                call.draw(tiler, &mut canvas);
+            }
+        }
+        self.count();
+    }
+
+    fn draw_in_bands<C: Canvas>(&mut self, canvas: C, calls: &[&dyn Call<C>], bands: Bands) {
         self.chunks.clear();
         for (call, polygons) in calls.iter().enumerate() {
-            let starts = (0..polygons.len()).step_by(CHUNK);
-            let chunk = |first: usize| Chunk { call, first, end: polygons.len().min(first + CHUNK) };
-            self.chunks.extend(starts.map(chunk));
+            let n = polygons.len();
+            let chunk = |first: usize| Chunk { call, first, end: n.min(first + CHUNK) };
+            self.chunks.extend((0..n).step_by(CHUNK).map(chunk));
         }
-        let threads = run::threads(self.threads);
-        while self.workers.len() < threads {
-            let viewport = self.settings.viewport();
-            let (tiler, keep, bins) = (Tiler::new(viewport), Keep::default(), Bins::default());
-            self.workers.push(run::Worker::new(Hand { tiler, keep, bins }));
-        }
-        for worker in &mut self.workers {
-            let Hand { tiler, bins, .. } = run::hand(worker);
-            tiler.set_as(&self.settings);
-            tiler.reset_stats();
-            bins.reset(bands.count, bands.origin[1], bands.rows);
-        }
-        let window = self.settings.viewport().rect().intersect(PixelRect::new(
-            bands.origin[0],
-            bands.origin[1],
-            width,
-            height,
-        ));
-        let threads = if threads > 1 { self.workers.len() } else { 1 };
-        run::sort(&self.workers[..threads], &self.chunks, calls, window);
+        let (width, height) = canvas.size();
+        let [x, y] = bands.origin;
+        let window = PixelRect::new(x, y, width, height);
+        let window = self.settings.viewport().rect().intersect(window);
+        Sorter { workers: &self.workers, calls, window }.sort(&self.chunks, 0);
+        self.gather();
 
-        let mut kept = 0;
-        for worker in &mut self.workers {
-            let Hand { bins, .. } = run::hand(worker);
-            bins.finish();
-            kept += bins.kept() as usize;
+        let weights = |band| self.bins.iter().map(move |bins| bins.weight(band)).sum::<usize>();
+        let words: usize = (0..bands.count).map(weights).sum();
+        let fair = words / (4 * self.workers.len()) + 1024;
+        let Self { workers, bins, chunks, .. } = self;
+        let painter = Painter { workers, bins, chunks, calls, bands, fair };
+        let part = Part { first_band: 0, end_band: bands.count, first_row: 0, end_row: height };
+        painter.paint(part, canvas);
+    }
+
+    /// Makes `threads` workers ready to sort.
+    fn prepare(&mut self, threads: usize, bands: Bands) {
+        while self.workers.len() < threads {
+            let tiler = Tiler::new(self.settings.viewport());
+            let (keep, bins) = (Keep::default(), Bins::default());
+            let hand = Hand { tiler, keep, bins, cursors: Vec::new() };
+            self.workers.push(run::Worker::new(hand));
         }
+        self.bins.resize_with(self.workers.len(), Bins::default);
+        for (worker, bins) in self.workers.iter_mut().zip(&mut self.bins) {
+            let hand = run::hand(worker);
+            hand.bins = core::mem::take(bins);
+            hand.bins.reset(bands.count, bands.origin[1], bands.rows);
+            hand.tiler.set_as(&self.settings);
+            hand.tiler.reset_stats();
+            let [x, y] = bands.origin;
+            hand.tiler.set_origin(x, y);
+        }
+    }
+
+    /// What the workers have sorted, for all to read.
+    fn gather(&mut self) {
+        for (worker, bins) in self.workers.iter_mut().zip(&mut self.bins) {
+            *bins = core::mem::take(&mut run::hand(worker).bins);
+            bins.finish();
+        }
+        let kept = self.bins.iter().map(|bins| bins.kept() as usize).sum();
         for worker in &mut self.workers {
             run::hand(worker).keep.reset(kept);
         }
-        run::paint(&mut self.workers, threads, &self.chunks, calls, canvas, bands);
+    }
 
+    /// Adds up what the workers have counted.
+    fn count(&mut self) {
+        let mut bytes = self.chunks.capacity() * size_of::<Chunk>();
         self.stats = Stats::default();
         for worker in &mut self.workers {
-            let Hand { tiler, keep, bins } = run::hand(worker);
+            let Hand { tiler, keep, .. } = run::hand(worker);
             self.stats.add(&tiler.stats());
-            self.stats.peak_bytes += (keep.bytes() + bins.bytes()) as u64;
+            bytes += keep.bytes();
         }
-        self.stats.peak_bytes += (self.chunks.capacity() * size_of::<Chunk>()) as u64;
+        bytes += self.bins.iter().map(Bins::bytes).sum::<usize>();
+        self.stats.peak_bytes += bytes as u64;
     }
 }
 
 impl Bands {
-    fn of(width: u32, height: u32, origin: [i32; 2]) -> Self {
-        let bytes_of_row = width.saturating_mul(8).max(1);
-        let rows = (BAND_BYTES / bytes_of_row / ROW_STEP).max(1) * ROW_STEP;
-        Self { count: height.div_ceil(rows) as usize, rows, origin }
+    fn of(height: u32, threads: usize, origin: [i32; 2]) -> Self {
+        let height = height as usize;
+        let rows = height.div_ceil(threads * BANDS_PER_THREAD).next_multiple_of(ROW_STEP);
+        let rows = rows.max(ROW_STEP);
+        // No canvas is higher than a u32.
+        let all = u32::try_from(rows).unwrap_or(u32::MAX);
+        Self { count: height.div_ceil(rows), rows: all, origin }
     }
 }

@@ -42,11 +42,11 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 left &= left - 1;
                 let [x, y] = patch.place(lane, origin);
                 // A pixel at a time: nothing predicts how long a run is.
-                self.target.write(x, y, &[pixels[lane]]);
+                self.target.write_pixel(x, y, pixels[lane]);
                 if let Some(buffer) = depth.as_deref_mut()
                     && test.write
                 {
-                    buffer.write(x, y, &[self.lanes.of(test.source)[lane]]);
+                    buffer.write_pixel(x, y, self.lanes.of(test.source)[lane]);
                 }
             }
         }
@@ -56,7 +56,11 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
 
 /// The depths stored at the lanes of `patch`, where they are in the buffer.
 #[inline(always)]
-pub(super) fn stored_depths(buffer: &DepthBuffer<'_>, patch: Patch, origin: [i32; 2]) -> [f32; BLOCK] {
+pub(super) fn stored_depths(
+    buffer: &DepthBuffer<'_>,
+    patch: Patch,
+    origin: [i32; 2],
+) -> [f32; BLOCK] {
     let columns = usize::from(patch.columns);
     let [x, y] = patch.place(0, origin);
     let (width, height) = buffer.dimensions();

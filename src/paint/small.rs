@@ -55,7 +55,7 @@ static UNREAD: [f32; BLOCK] = [0.0; BLOCK];
 pub(crate) fn paint_small<L: Simd, V, S, T>(
     simd: L,
     small: &Small<'_>,
-    values: CornerValues<'_, V>,
+    values: &CornerValues<'_, V>,
     place: &Placement,
     lanes: &mut Vec<[f32; BLOCK]>,
     shader: &mut S,
@@ -79,12 +79,12 @@ where
 
     // 1. Depth.
     let zero = small.z == [0.0; 3];
-    for i in 0..patches.count() {
+    for (i, mask) in masks.iter_mut().enumerate().take(patches.count()) {
         let patch = patches.patch(i);
         if patch.mask == 0 {
             continue;
         }
-        masks[i] = patch.mask;
+        *mask = patch.mask;
         let out = lanes.get_mut(i * stride)?;
         if depth.is_some() || S::INPUTS.depth {
             if zero {
@@ -103,9 +103,9 @@ where
         }
         if let Some(buffer) = depth.as_deref() {
             let stored = stored_depths(buffer, patch, place.origin);
-            masks[i] &= passing_lanes(simd, place.test.compare, out, &stored);
+            *mask &= passing_lanes(simd, place.test.compare, out, &stored);
         }
-        passed |= masks[i];
+        passed |= *mask;
     }
     if passed == 0 {
         return Some(0);
@@ -114,8 +114,8 @@ where
     // 2. Attributes, where a pixel passed.
     let divided = view.constant == ConstantAlong::Polygon;
     if n > 0 && !divided {
-        for i in 0..patches.count() {
-            if masks[i] == 0 {
+        for (i, mask) in masks.iter().enumerate().take(patches.count()) {
+            if *mask == 0 {
                 continue;
             }
             let patch = patches.patch(i);
@@ -139,8 +139,8 @@ where
             None => return None,
         };
         let (low, high) = (Narrow::splat(simd, range[0]), Narrow::splat(simd, range[1]));
-        for i in 0..patches.count() {
-            if masks[i] == 0 {
+        for (i, mask) in masks.iter().enumerate().take(patches.count()) {
+            if *mask == 0 {
                 continue;
             }
             let patch = patches.patch(i);
@@ -159,8 +159,8 @@ where
 
     // 3. Shader and target.
     let mut shaded = 0;
-    for i in 0..patches.count() {
-        let (patch, mask) = (patches.patch(i), masks[i]);
+    for (i, mask) in masks.iter().copied().enumerate().take(patches.count()) {
+        let patch = patches.patch(i);
         if mask == 0 {
             continue;
         }
@@ -183,11 +183,11 @@ where
             left &= left - 1;
             let [x, y] = patch.place(lane, place.origin);
             // A pixel at a time: nothing predicts how long a run is.
-            target.write(x, y, &[pixels[lane]]);
+            target.write_pixel(x, y, pixels[lane]);
             if let Some(buffer) = depth.as_deref_mut()
                 && place.test.write
             {
-                buffer.write(x, y, &[block.depth[lane]]);
+                buffer.write_pixel(x, y, block.depth[lane]);
             }
         }
     }

@@ -99,7 +99,6 @@ pub(crate) struct Kept {
 
 impl Tiler {
     /// Draws `polygon`, of which `kept` says how it is known, in band `band`.
-    #[expect(clippy::too_many_arguments, reason = "those of `draw`, and what is kept")]
     pub(crate) fn draw_kept<V, S, T>(
         &mut self,
         polygon: &V,

@@ -16,6 +16,7 @@ use crate::settle::Walked;
 use crate::shade::{BLOCK, Shader};
 use crate::simd::Simd;
 use crate::space::{PixelRect, Viewport};
+pub use crate::stats::Outcome;
 use crate::stats::Stats;
 use crate::target::{DepthBuffer, Plane, Target};
 use crate::triangle::InView;
@@ -24,7 +25,7 @@ use crate::varying::Interpolation;
 pub(crate) mod keep;
 mod scan;
 mod small;
-mod sort;
+pub(crate) mod sort;
 
 use scan::{Counts, Taken};
 use small::Sight;
@@ -63,21 +64,6 @@ pub enum Precision {
     Fast,
     /// Correctly rounded: at most half an ulp off.
     Exact,
-}
-
-/// What became of a polygon.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Outcome {
-    /// It went to the spans (and may still cover no pixel centre).
-    Drawn,
-    /// Nothing of it lies in the view volume.
-    Outside,
-    /// It faces the way that is left out.
-    Backface,
-    /// Fewer than three vertices, or no area once snapped.
-    Degenerate,
-    /// A position is not finite.
-    Refused,
 }
 
 /// Draws polygons: holds the viewport, the settings, the counts and the buffers that are reused
@@ -187,6 +173,28 @@ impl Tiler {
         Stats { peak_bytes: self.bytes() as u64, ..self.stats }
     }
 
+    /// The counts, to be changed.
+    #[inline(always)]
+    pub(crate) fn stats_mut(&mut self) -> &mut Stats {
+        &mut self.stats
+    }
+
+    /// Which instruction set is used.
+    #[inline(always)]
+    pub(crate) fn simd(&self) -> Simd {
+        self.simd
+    }
+
+    /// What the framebuffer is drawn from.
+    pub(crate) fn viewport(&self) -> Viewport {
+        self.viewport
+    }
+
+    /// The framebuffer position of the target's first pixel.
+    pub(crate) fn origin(&self) -> [i32; 2] {
+        self.origin
+    }
+
     /// Sets the counts to 0.
     pub fn reset_stats(&mut self) {
         self.stats = Stats::default();
@@ -250,22 +258,8 @@ impl Tiler {
         let outcome = dispatch!(self.simd.0, simd => {
             self.draw_sorted(simd, polygon, window, shader, target, depth)
         });
-        self.count(outcome);
+        self.stats.count(outcome);
         outcome
-    }
-
-    /// What became of a polygon goes into the counts.
-    #[inline(always)]
-    pub(crate) fn count(&mut self, outcome: Outcome) {
-        self.stats.polygons += 1;
-        let culled = &mut self.stats.culled;
-        match outcome {
-            Outcome::Drawn => {}
-            Outcome::Outside => culled.outside += 1,
-            Outcome::Backface => culled.backface += 1,
-            Outcome::Degenerate => culled.degenerate += 1,
-            Outcome::Refused => culled.refused += 1,
-        }
     }
 
     /// Draws any polygon, by its spans.
@@ -390,11 +384,7 @@ impl Tiler {
 
     /// The pixels of the framebuffer that can be drawn.
     #[inline(always)]
-    pub(crate) fn window(
-        &self,
-        target: (u32, u32),
-        depth: Option<&DepthBuffer<'_>>,
-    ) -> PixelRect {
+    pub(crate) fn window(&self, target: (u32, u32), depth: Option<&DepthBuffer<'_>>) -> PixelRect {
         let (width, height) = match depth.map(Plane::dimensions) {
             Some((width, height)) => (target.0.min(width), target.1.min(height)),
             None => target,
@@ -436,6 +426,7 @@ fn set_gradients(level: Level, gradients: &mut Gradients, subject: &Subject<'_>)
 }
 
 /// The pixels of a polygon.
+#[derive(Clone, Copy)]
 enum Seen<'a> {
     /// In the scratch's spans, of what was taken.
     Spans,

@@ -6,9 +6,9 @@ use super::scan::{Counts, Taken, take_in_view};
 use super::{Outcome, Precision, Seen, Tiler, positions_of};
 use crate::depth::DepthSource;
 use crate::gradient::frame::{Anchor, Reach};
+use crate::gradient::middle;
 use crate::gradient::triple::choose_by_x;
 use crate::gradient::view::View;
-use crate::gradient::middle;
 use crate::paint::small::{CornerValues, Small, paint_small, serves};
 use crate::polygon::Polygon;
 use crate::shade::Shader;
@@ -114,7 +114,7 @@ impl Tiler {
         let values = CornerValues { polygon, corners: [a, b, c] };
         let place = self.placement();
         let lanes = &mut self.scratch.attributes;
-        let shaded = paint_small(simd, &small, values, &place, lanes, shader, target, depth)?;
+        let shaded = paint_small(simd, &small, &values, &place, lanes, shader, target, depth)?;
         self.stats.constant_w.count(view.constant);
         self.count_pixels(found.into(), shaded);
         Some(())

@@ -173,7 +173,7 @@ fn bad_usage_says_what_to_do() {
         ("-o out.png --size 8x8 --crop 0,0,0,1", "at least one pixel"),
         ("-o out.png --background 1,2", "R,G,B"),
         ("-o out.png --background 1,2,256", "0 to 255"),
-        ("-o out.png --threads 2", "one thread"),
+        ("-o out.png --threads 9999", "whole number"),
         ("-o out.png --threads many", "whole number"),
         ("-o out.png --repeat 0", "--repeat"),
         ("-o out.png --precision double", "--precision"),

@@ -8,7 +8,7 @@ const TRIANGLES: &str = "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\nf 1 3 2\n";
 fn stats_have_all_keys() {
     let folder = Folder::with(&[("model.obj", TRIANGLES), ("t.poly", "0 0 0 1\n")]);
     for arguments in ["render model.obj", "tile t.poly"] {
-        folder.good(&format!("{arguments} --size 64x64 --stats stats.json --repeat 3"));
+        folder.good(&format!("{arguments} --size 64x64 --stats stats.json --repeat 3 --threads 3"));
         let stats = folder.json("stats.json");
         let keys: Vec<&String> = stats.as_object().expect("an object").keys().collect();
         #[rustfmt::skip]
@@ -23,7 +23,7 @@ fn stats_have_all_keys() {
         assert_eq!(keys("culled"), ["backface", "degenerate", "hidden", "outside", "refused"]);
         assert_eq!(keys("constant_w"), ["column", "polygon", "row"]);
         assert_eq!(stats["frames"], 3);
-        assert_eq!(stats["threads"], 1);
+        assert_eq!(stats["threads"], 3);
         assert_eq!(stats["precision"], "fast");
         let (least, median) = (stats["min_ms"].as_f64(), stats["median_ms"].as_f64());
         assert!(least > Some(0.0) && median >= least);
@@ -34,7 +34,9 @@ fn stats_have_all_keys() {
 fn stats_are_of_one_frame_and_do_not_change_with_repeats() {
     let folder = Folder::with(&[("model.obj", TRIANGLES)]);
     let counts = |repeat: u32| {
-        folder.good(&format!("render model.obj --size 64x64 --stats s.json --repeat {repeat}"));
+        folder.good(&format!(
+            "render model.obj --size 64x64 --threads 1 --stats s.json --repeat {repeat}"
+        ));
         let mut stats = folder.json("s.json");
         let object = stats.as_object_mut().expect("an object");
         for key in ["frames", "min_ms", "median_ms"] {

@@ -1,0 +1,241 @@
+//! Draw lists: the bytes of polygons drawn one by one, on any number of threads, in any bands.
+
+use hyperspan::batch::{Batch, Mesh};
+use hyperspan::draw::{Canvas, Frame, Polygons, Screen, With};
+use hyperspan::placed::Placed;
+use hyperspan::polygon::{Polygon, Vertex};
+use hyperspan::shade::{BLOCK, Block, Inputs, Shader};
+use hyperspan::simd::Simd;
+use hyperspan::space::Viewport;
+use hyperspan::target::Plane;
+use hyperspan::tiler::{Cull, Precision, Tiler};
+use proptest::prelude::*;
+
+type Corner = Vertex<2, [f64; 4]>;
+
+const SIZE: [u32; 2] = [150, 331];
+
+/// The polygon's number and its attributes; some pixels are discarded.
+#[derive(Clone, Debug, Default)]
+struct Numbered(u32);
+
+impl Shader for Numbered {
+    type Pixel = [u32; 3];
+    const INPUTS: Inputs = Inputs::attributes(2);
+
+    fn start(&mut self, i: usize) {
+        self.0 = u32::try_from(i).expect("few polygons");
+    }
+
+    fn shade(&mut self, block: &Block<'_>, out: &mut [[u32; 3]; BLOCK]) -> u16 {
+        let mut kept = 0;
+        for (lane, pixel) in out.iter_mut().enumerate() {
+            let [a, b] = [0, 1].map(|k| block.attributes[k][lane].to_bits());
+            *pixel = [self.0, a, b];
+            kept |= u16::from(!b.is_multiple_of(7)) << lane;
+        }
+        kept
+    }
+}
+
+/// Polygons of all kinds: small and large, behind the eye, bent, degenerate.
+fn polygon() -> impl Strategy<Value = Vec<Corner>> {
+    let near = (-1.2..1.2_f64, -1.2..1.2_f64, 0.0..1.0_f64, 0.2..3.0_f64);
+    let size = prop_oneof![Just(0.01), Just(0.03), Just(0.2), Just(2.0)];
+    let offset = (-1.0..1.0_f64, -1.0..1.0_f64, -0.5..0.5_f64, -1.0..1.0_f64);
+    let corner = (offset, prop_oneof![Just(0.5_f32), -9.0..9.0_f32], -1.0..1.0_f32);
+    (near, size, prop::collection::vec(corner, 3..7)).prop_map(|((x, y, z, w), size, corners)| {
+        let vertex = |((dx, dy, dz, dw), a, b): ((f64, f64, f64, f64), f32, f32)| {
+            let position = [x * w + dx * size, y * w + dy * size, z * w + dz * size, w + dw * size];
+            Vertex::new(position, [a, b])
+        };
+        corners.into_iter().map(vertex).collect()
+    })
+}
+
+/// A picture, and the depths.
+type Drawn = (Vec<[u32; 3]>, Vec<u32>);
+
+fn blank() -> (Vec<[u32; 3]>, Vec<f32>) {
+    let area = (SIZE[0] * SIZE[1]) as usize;
+    (vec![[0; 3]; area], vec![0.25; area])
+}
+
+fn bits((picture, depths): (Vec<[u32; 3]>, Vec<f32>)) -> Drawn {
+    (picture, depths.iter().map(|depth| depth.to_bits()).collect())
+}
+
+fn one_by_one(tiler: &mut Tiler, polygons: &[Vec<Corner>]) -> Drawn {
+    let (mut picture, mut depths) = blank();
+    depths.fill(1.0);
+    let mut target = Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size");
+    let mut depth = Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size");
+    let mut shader = Numbered::default();
+    for (i, polygon) in polygons.iter().enumerate() {
+        shader.start(i);
+        tiler.draw(polygon.as_slice(), &mut shader, &mut target, Some(&mut depth));
+    }
+    bits((picture, depths))
+}
+
+/// A polygon in a list.
+struct Listed<'a>(&'a [Corner]);
+
+impl Polygon for Listed<'_> {
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    fn attribute_count(&self) -> usize {
+        2
+    }
+
+    fn position(&self, i: usize) -> [f64; 4] {
+        self.0[i].position
+    }
+
+    fn attribute(&self, i: usize, k: usize) -> f32 {
+        self.0[i].attributes[k]
+    }
+}
+
+/// In two calls.
+fn in_a_list(frame: &mut Frame, polygons: &[Vec<Corner>]) -> Drawn {
+    let (mut picture, mut depths) = blank();
+    let listed: Vec<_> = polygons.iter().map(|polygon| Listed(polygon)).collect();
+    let screen = Screen {
+        target: Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size"),
+        depth: Some(Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size")),
+        clear: Some(([0; 3], 1.0)),
+    };
+    frame.draw(screen, &[&Polygons::new(&listed, With(Numbered::default()))]);
+    bits((picture, depths))
+}
+
+fn pool(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        cases: 48,
+        failure_persistence: Some(Box::new(
+            prop::test_runner::FileFailurePersistence::WithSource("regressions"),
+        )),
+        ..ProptestConfig::default()
+    })]
+
+    /// P3: the same bytes and, but for what is counted at the first band, the same counts.
+    #[test]
+    fn draw_lists_have_the_bytes_of_polygons_one_by_one(
+        polygons in prop::collection::vec(polygon(), 0..60),
+        back in any::<bool>(),
+        exact in any::<bool>(),
+    ) {
+        let mut tiler = Tiler::new(Viewport::new(-3, 7, 160, 340).expect("small"));
+        tiler.set_origin(2, 11).set_cull(if back { Cull::Back } else { Cull::None });
+        tiler.set_precision(if exact { Precision::Exact } else { Precision::Fast });
+        let expected = one_by_one(&mut tiler, &polygons);
+        let counts = tiler.stats();
+        let mut frame = Frame::new(tiler);
+        for threads in [1, 2, 5] {
+            frame.set_parallel(threads > 1);
+            // Twice: buffers that are used again must not show.
+            for _ in 0..2 {
+                let drawn = pool(threads).install(|| in_a_list(&mut frame, &polygons));
+                prop_assert!(drawn == expected, "{} threads", threads);
+                let stats = frame.stats();
+                prop_assert_eq!(stats.culled, counts.culled);
+                prop_assert_eq!(stats.polygons, counts.polygons);
+                prop_assert_eq!(stats.clipped, counts.clipped);
+                prop_assert_eq!(stats.pixels_covered, counts.pixels_covered);
+                prop_assert_eq!(stats.pixels_shaded, counts.pixels_shaded);
+            }
+        }
+    }
+}
+
+/// All in few rows: then bands are cut into parts. On every instruction set.
+#[test]
+fn draw_lists_in_a_single_band_are_shared_out() {
+    let at = |i: usize, x: f64, y: f64| {
+        let k = i as f64;
+        [-0.95 + 0.011 * (k % 160.0) + x, 0.02 * (k * 0.37 % 1.0) + y, 0.5 + 0.0001 * k, 1.0]
+    };
+    let triangle = |i: usize| {
+        let vertex = |x: f64, y: f64, a: f32| Vertex::new(at(i, x, y), [a, i as f32]);
+        vec![vertex(0.0, 0.0, 1.0), vertex(0.05, 0.0, 2.0), vertex(0.0, 0.04, 3.0)]
+    };
+    let polygons: Vec<Vec<Corner>> = (0..20_000).map(triangle).collect();
+    let viewport = Viewport::new(0, 0, SIZE[0], SIZE[1]).expect("small");
+    let expected = one_by_one(&mut Tiler::new(viewport), &polygons);
+    for (name, simd) in Simd::all() {
+        let mut tiler = Tiler::new(viewport);
+        tiler.set_simd(simd);
+        let mut frame = Frame::new(tiler);
+        frame.set_parallel(true);
+        let drawn = pool(4).install(|| in_a_list(&mut frame, &polygons));
+        assert!(drawn == expected, "{name}");
+        assert_eq!(frame.stats().polygons, 20_000);
+    }
+}
+
+/// Faces that share vertices, with and without their places.
+#[test]
+fn draw_lists_of_meshes() {
+    let n = 40_u32;
+    let vertex = |i: u32| {
+        let (x, y) = (f64::from(i % n) / 20.0 - 1.0, f64::from(i / n) / 20.0 - 1.0);
+        Vertex::new([x * 1.1, y, 0.3, 1.0 + 0.2 * x * y], [i as f32, y as f32])
+    };
+    let vertices: Vec<Corner> = (0..n * n).map(vertex).collect();
+    let corner = |x: u32, y: u32| y * n + x;
+    let faces: Vec<[u32; 3]> = (0..(n - 1) * (n - 1))
+        .flat_map(|i| {
+            let (x, y) = (i % (n - 1), i / (n - 1));
+            let [a, b, c, d] = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(u, v)| corner(x + u, y + v));
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    let viewport = Viewport::new(0, 0, SIZE[0], SIZE[1]).expect("small");
+    let positions: Vec<_> = vertices.iter().map(|vertex| vertex.position).collect();
+    let mut placed = Placed::new(viewport);
+    placed.set(&positions, Simd::auto());
+    let mesh = || Mesh::new(vertices.as_slice(), &faces).expect("all there");
+    assert_eq!(mesh().len(), faces.len());
+    let polygons: Vec<Vec<Corner>> =
+        faces.iter().map(|face| face.map(|i| vertices[i as usize]).to_vec()).collect();
+    let expected = one_by_one(&mut Tiler::new(viewport), &polygons);
+    for (mesh, threads) in [(mesh(), 1), (mesh().with_placed(&placed), 1), (mesh(), 3)] {
+        let (mut picture, mut depths) = blank();
+        let screen = Screen {
+            target: Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size"),
+            depth: Some(Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size")),
+            clear: Some(([0; 3], 1.0)),
+        };
+        let mut frame = Frame::new(Tiler::new(viewport));
+        frame.set_parallel(threads > 1);
+        let call = Polygons::new(&mesh, With(Numbered::default()));
+        pool(threads).install(|| frame.draw(screen, &[&call]));
+        assert!(bits((picture, depths)) == expected, "{threads} threads");
+    }
+}
+
+/// Nothing to draw on, or nothing to draw.
+#[test]
+fn draw_lists_without_pixels_or_polygons() {
+    let viewport = Viewport::new(0, 0, SIZE[0], SIZE[1]).expect("small");
+    let mut frame = Frame::new(Tiler::new(viewport));
+    let polygons: [Vec<Corner>; 0] = [];
+    for parallel in [false, true] {
+        frame.set_parallel(parallel);
+        for size in [[0, 0], [5, 0], [0, 5]] {
+            let target = Plane::<[u32; 3]>::new(&mut [], size[0], size[1]).expect("no pixel");
+            let screen = Screen { target, depth: None, clear: None };
+            assert_eq!(screen.size(), (size[0], size[1]));
+            pool(2).install(|| frame.draw(screen, &[]));
+        }
+        let (picture, _) = in_a_list(&mut frame, &polygons);
+        assert!(picture.iter().all(|pixel| *pixel == [0; 3]));
+    }
+}
