@@ -5,6 +5,8 @@
 //! ([`Vertex`]) or a variable ([`Strided`]), through the same code. Nothing is copied here,
 //! and nothing is judged: refusing a polygon is the clipper's first step.
 
+use alloc::vec::Vec;
+
 use crate::error::Error;
 use crate::placed::Placed;
 use crate::space::ClipPosition;
@@ -77,7 +79,7 @@ impl<V: Polygon + ?Sized> Polygon for &V {
     }
 }
 
-/// A vertex with `N` attributes. An array or a slice of them is a [`Polygon`].
+/// A vertex with `N` attributes. An array, a slice or a `Vec` of them is a [`Polygon`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vertex<const N: usize, P = [f32; 4]> {
     /// Clip space: (x, y, z, w).
@@ -93,49 +95,35 @@ impl<const N: usize, P> Vertex<N, P> {
     }
 }
 
-impl<const N: usize, P: ClipPosition> Polygon for [Vertex<N, P>] {
-    #[inline]
-    fn len(&self) -> usize {
-        <[_]>::len(self)
-    }
+macro_rules! vertex_list {
+    ($list:ty $(, $length:ident)?) => {
+        impl<const N: usize, P: ClipPosition $(, const $length: usize)?> Polygon for $list {
+            #[inline]
+            fn len(&self) -> usize {
+                <[_]>::len(self)
+            }
 
-    #[inline]
-    fn attribute_count(&self) -> usize {
-        N
-    }
+            #[inline]
+            fn attribute_count(&self) -> usize {
+                N
+            }
 
-    #[inline]
-    fn position(&self, i: usize) -> [f64; 4] {
-        self[i].position.to_clip()
-    }
+            #[inline]
+            fn position(&self, i: usize) -> [f64; 4] {
+                self[i].position.to_clip()
+            }
 
-    #[inline]
-    fn attribute(&self, i: usize, k: usize) -> f32 {
-        self[i].attributes[k]
-    }
+            #[inline]
+            fn attribute(&self, i: usize, k: usize) -> f32 {
+                self[i].attributes[k]
+            }
+        }
+    };
 }
 
-impl<const N: usize, P: ClipPosition, const M: usize> Polygon for [Vertex<N, P>; M] {
-    #[inline]
-    fn len(&self) -> usize {
-        M
-    }
-
-    #[inline]
-    fn attribute_count(&self) -> usize {
-        N
-    }
-
-    #[inline]
-    fn position(&self, i: usize) -> [f64; 4] {
-        self[i].position.to_clip()
-    }
-
-    #[inline]
-    fn attribute(&self, i: usize, k: usize) -> f32 {
-        self[i].attributes[k]
-    }
-}
+vertex_list!([Vertex<N, P>]);
+vertex_list!([Vertex<N, P>; M], M);
+vertex_list!(Vec<Vertex<N, P>>);
 
 /// A polygon whose number of attributes is known at run time: positions in one slice,
 /// attributes in another, vertex `i`'s at `i * stride ..`.

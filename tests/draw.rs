@@ -3,7 +3,7 @@
 use hyperspan::batch::{Batch, Mesh};
 use hyperspan::draw::{Canvas, Frame, Polygons, Screen, With};
 use hyperspan::placed::Placed;
-use hyperspan::polygon::{Polygon, Vertex};
+use hyperspan::polygon::Vertex;
 use hyperspan::shade::{BLOCK, Block, Inputs, Shader};
 use hyperspan::simd::Simd;
 use hyperspan::space::Viewport;
@@ -78,37 +78,14 @@ fn one_by_one(tiler: &mut Tiler, polygons: &[Vec<Corner>]) -> Drawn {
     bits((picture, depths))
 }
 
-/// A polygon in a list.
-struct Listed<'a>(&'a [Corner]);
-
-impl Polygon for Listed<'_> {
-    fn len(&self) -> usize {
-        self.0.len()
-    }
-
-    fn attribute_count(&self) -> usize {
-        2
-    }
-
-    fn position(&self, i: usize) -> [f64; 4] {
-        self.0[i].position
-    }
-
-    fn attribute(&self, i: usize, k: usize) -> f32 {
-        self.0[i].attributes[k]
-    }
-}
-
-/// In two calls.
 fn in_a_list(frame: &mut Frame, polygons: &[Vec<Corner>]) -> Drawn {
     let (mut picture, mut depths) = blank();
-    let listed: Vec<_> = polygons.iter().map(|polygon| Listed(polygon)).collect();
     let screen = Screen {
         target: Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size"),
         depth: Some(Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size")),
         clear: Some(([0; 3], 1.0)),
     };
-    frame.draw(screen, &[&Polygons::new(&listed, With(Numbered::default()))]);
+    frame.draw(screen, &[&Polygons::new(polygons, With(Numbered::default()))]);
     bits((picture, depths))
 }
 

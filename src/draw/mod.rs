@@ -111,9 +111,9 @@ impl Frame {
     pub fn draw<C: Canvas>(&mut self, canvas: C, calls: &[&dyn Call<C>]) {
         let threads = run::threads(self.parallel);
         let (width, height) = canvas.size();
-        let bands = Bands::of(height, threads, self.settings.origin());
-        self.prepare(threads, bands);
+        self.prepare(threads);
         if threads > 1 && width > 0 && height > 0 {
+            let bands = Bands::of(height, threads, self.settings.origin());
             self.draw_in_bands(canvas, calls, bands);
         } else if let Some(worker) = self.workers.first_mut() {
             // One thread has nothing to sort: all in the order in which it comes.
@@ -137,6 +137,10 @@ impl Frame {
         let [x, y] = bands.origin;
         let window = PixelRect::new(x, y, width, height);
         let window = self.settings.viewport().rect().intersect(window);
+        for (worker, bins) in self.workers.iter_mut().zip(&mut self.bins) {
+            bins.reset(bands.count, y, bands.rows);
+            run::hand(worker).bins = core::mem::take(bins);
+        }
         Sorter { workers: &self.workers, calls, window }.sort(&self.chunks, 0);
         self.gather();
 
@@ -149,23 +153,21 @@ impl Frame {
         painter.paint(part, canvas);
     }
 
-    /// Makes `threads` workers ready to sort.
-    fn prepare(&mut self, threads: usize, bands: Bands) {
+    /// Makes `threads` workers ready.
+    fn prepare(&mut self, threads: usize) {
         while self.workers.len() < threads {
             let tiler = Tiler::new(self.settings.viewport());
             let (keep, bins) = (Keep::default(), Bins::default());
             let hand = Hand { tiler, keep, bins, cursors: Vec::new() };
             self.workers.push(run::Worker::new(hand));
+            self.bins.push(Bins::default());
         }
-        self.bins.resize_with(self.workers.len(), Bins::default);
-        for (worker, bins) in self.workers.iter_mut().zip(&mut self.bins) {
-            let hand = run::hand(worker);
-            hand.bins = core::mem::take(bins);
-            hand.bins.reset(bands.count, bands.origin[1], bands.rows);
-            hand.tiler.set_as(&self.settings);
-            hand.tiler.reset_stats();
-            let [x, y] = bands.origin;
-            hand.tiler.set_origin(x, y);
+        let [x, y] = self.settings.origin();
+        for worker in &mut self.workers {
+            let tiler = &mut run::hand(worker).tiler;
+            tiler.set_as(&self.settings);
+            tiler.set_origin(x, y);
+            tiler.reset_stats();
         }
     }
 
