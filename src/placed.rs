@@ -8,6 +8,7 @@
 use alloc::vec::Vec;
 
 use fearless_simd::{Simd as Level, SimdBase, SimdMask, dispatch, f64x4};
+use glam::DMat4;
 
 use crate::fixed::Subpixel;
 use crate::simd::Simd;
@@ -48,6 +49,23 @@ impl Placed {
         });
     }
 
+    /// Transforms `points` by `matrix` into `clip`, and places them: vertex `i` is that of
+    /// `points[i]`. The clip positions are those of [`transform`](crate::camera::transform). With
+    /// `parallel` (and the feature of that name) all threads of the current pool of `rayon` do it.
+    pub fn transform(
+        &mut self,
+        matrix: DMat4,
+        points: &[[f64; 3]],
+        clip: &mut Vec<[f64; 4]>,
+        simd: Simd,
+        parallel: bool,
+    ) {
+        clip.resize(points.len(), [0.0; 4]);
+        self.vertices.resize(points.len(), PlacedVertex::default());
+        let columns = matrix.to_cols_array_2d();
+        self.constants.transform(&columns, points, clip, &mut self.vertices, simd, parallel);
+    }
+
     /// For which viewport.
     pub fn viewport(&self) -> Viewport {
         self.viewport
@@ -74,6 +92,10 @@ pub(crate) struct Constants {
     corner: [f64; 4],
 }
 
+/// So many vertices are worth a thread.
+#[cfg(feature = "parallel")]
+const MOST_AT_ONCE: usize = 1 << 13;
+
 /// The sum with it has no room for a fraction, and its low bits are the nearest whole number.
 const WHOLE: f64 = 6_755_399_441_055_744.0;
 
@@ -96,6 +118,47 @@ impl Constants {
             step: pixel / steps,
             corner: [f64::from(rect.x0) * pixel, f64::from(rect.y0) * pixel, 0.0, 0.0],
         }
+    }
+
+    /// See [`Placed::transform`]; all lists are as long.
+    fn transform(
+        &self,
+        columns: &[[f64; 4]; 4],
+        points: &[[f64; 3]],
+        clip: &mut [[f64; 4]],
+        vertices: &mut [PlacedVertex],
+        simd: Simd,
+        parallel: bool,
+    ) {
+        #[cfg(feature = "parallel")]
+        if parallel && points.len() > MOST_AT_ONCE {
+            let half = points.len() / 2;
+            let (points, other_points) = points.split_at(half);
+            let (clip, other_clip) = clip.split_at_mut(half);
+            let (vertices, other_vertices) = vertices.split_at_mut(half);
+            rayon::join(
+                || self.transform(columns, points, clip, vertices, simd, true),
+                || self.transform(columns, other_points, other_clip, other_vertices, simd, true),
+            );
+            return;
+        }
+        let _ = parallel;
+        let [x_axis, y_axis, z_axis, origin] = columns;
+        dispatch!(simd.0, simd => {
+            let x_axis = f64x4::load_array_ref(simd, x_axis);
+            let y_axis = f64x4::load_array_ref(simd, y_axis);
+            let z_axis = f64x4::load_array_ref(simd, z_axis);
+            let origin = f64x4::load_array_ref(simd, origin);
+            for ((point, clip), vertex) in points.iter().zip(clip).zip(vertices) {
+                let [x, y, z] = point;
+                let position = x_axis * f64x4::splat(simd, *x)
+                    + y_axis * f64x4::splat(simd, *y)
+                    + z_axis * f64x4::splat(simd, *z)
+                    + origin;
+                position.store_array(clip);
+                *vertex = self.place(simd, clip);
+            }
+        });
     }
 
     /// Where `position` lies.
@@ -122,4 +185,34 @@ impl Constants {
 #[inline(always)]
 fn low_half(sum: f64) -> i32 {
     (sum.to_bits() as u32).cast_signed()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::camera::transform;
+
+    #[test]
+    fn placed_positions_are_those_of_the_camera() {
+        let numbers: [f64; 16] = core::array::from_fn(|i| libm::sin(i as f64 * 1.7) * 3.0 + 0.1);
+        let matrix = DMat4::from_cols_array(&numbers);
+        let point = |i: usize| [0, 1, 2].map(|k| libm::cos((3 * i + k) as f64));
+        let points: Vec<[f64; 3]> = (0..20_000).map(point).collect();
+        let viewport = Viewport::new(0, 0, 640, 480).expect("small");
+        let expected: Vec<_> =
+            points.iter().map(|p| transform(matrix, DVec3::from_array(*p))).collect();
+        let mut one_by_one = Placed::new(viewport);
+        one_by_one.set(&expected, Simd::scalar());
+        assert!(one_by_one.vertices.iter().any(|vertex| vertex.within));
+        for (_, simd) in Simd::all() {
+            for parallel in [false, true] {
+                let (mut placed, mut clip) = (Placed::new(viewport), Vec::new());
+                placed.transform(matrix, &points, &mut clip, simd, parallel);
+                assert_eq!(clip, expected);
+                assert_eq!(placed.vertices, one_by_one.vertices);
+            }
+        }
+    }
 }

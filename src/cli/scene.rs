@@ -3,9 +3,7 @@
 //! Each position is transformed once, however many faces share it. Runs of faces that look the
 //! same go through one compiled loop.
 
-use glam::DVec3;
 use hyperspan::batch::Batch;
-use hyperspan::camera::transform;
 use hyperspan::depth::DepthTest;
 use hyperspan::draw::{Call, Frame, Polygons};
 use hyperspan::placed::Placed;
@@ -78,7 +76,7 @@ impl<'a> Scene<'a> {
             options,
             frame,
             counter,
-            clip: vec![[0.0; 4]; model.positions.len()],
+            clip: Vec::new(),
             placed: Placed::new(viewport),
             light: if any_lit { vec![0.0; model.corners.len()] } else { Vec::new() },
         })
@@ -87,10 +85,8 @@ impl<'a> Scene<'a> {
     /// Draws a frame, the clear included, and gives its counts.
     pub(crate) fn draw(&mut self, canvas: &mut Canvas, progress: &mut Progress) -> Stats {
         let Self { model, camera, options, frame, counter, clip, placed, light } = self;
-        for (clip, position) in clip.iter_mut().zip(&model.positions) {
-            *clip = transform(camera.matrix, DVec3::from_array(*position));
-        }
-        placed.set(clip, options.simd);
+        let Options { simd, parallel, .. } = *options;
+        placed.transform(camera.matrix, &model.positions, clip, simd, parallel);
         for run in &model.runs {
             if model.is_lit(run.look, options.lit) {
                 for piece in &model.pieces[run.pieces.clone()] {
