@@ -4,9 +4,12 @@
 //! Only IEEE `+ - * /`, comparisons and conversions that round once: a lane's bits are the same
 //! on every instruction set.
 
-use core::ops::{Add, Mul, Sub};
+use core::ops::{Add, BitOr, Mul, Sub};
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, f32x16, f64x8};
+use fearless_simd::{
+    Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, SimdWiden, f32x16, f64x8, mask32x16, mask64x8,
+    u64x8,
+};
 
 use crate::shade::BLOCK;
 
@@ -16,6 +19,9 @@ pub(crate) struct Wide<S: Simd>(f64x8<S>, f64x8<S>);
 
 /// 16 lanes of `f32`.
 pub(crate) type Narrow<S> = f32x16<S>;
+
+/// Binary digits of how many units in its last place a value may be off: see [`Wide::near_tie`].
+pub(crate) const NEAR: u32 = 16;
 
 /// 0, 1, ... 15.
 const COUNT: [f64; BLOCK] =
@@ -61,12 +67,71 @@ impl<S: Simd> Wide<S> {
         self.0.narrow(self.1)
     }
 
+    /// The same to 2^-45, of what is well within the range of `f32`: by a division in `f32` and a
+    /// step of Newton's.
+    #[inline(always)]
+    pub(crate) fn quick_reciprocal(self, simd: S) -> Self {
+        let one = Self::splat(simd, 1.0);
+        let estimate = Narrow::splat(simd, 1.0) / self.narrow();
+        let (low, high) = estimate.widen();
+        let r = Self(low, high);
+        r + r * (one - self * r)
+    }
+
+    /// See [`near_tie`].
+    #[inline(always)]
+    pub(crate) fn near_tie(self, simd: S) -> WideMask<S> {
+        WideMask(near_tie(simd, self.0), near_tie(simd, self.1))
+    }
+
     /// The lanes at which self < other.
     #[inline(always)]
     pub(crate) fn below(self, other: Self) -> u16 {
         let low = self.0.simd_lt(other.0).to_bitmask();
         low_bits(low | self.1.simd_lt(other.1).to_bitmask() << (BLOCK / 2))
     }
+}
+
+/// Lanes of a [`Wide`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WideMask<S: Simd>(mask64x8<S>, mask64x8<S>);
+
+impl<S: Simd> WideMask<S> {
+    #[inline(always)]
+    pub(crate) fn none(simd: S) -> Self {
+        let none = mask64x8::splat(simd, false);
+        Self(none, none)
+    }
+
+    /// A bit for each lane.
+    #[inline(always)]
+    pub(crate) fn bits(self) -> u16 {
+        low_bits(self.0.to_bitmask() | self.1.to_bitmask() << (BLOCK / 2))
+    }
+}
+
+impl<S: Simd> BitOr for WideMask<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0, self.1 | other.1)
+    }
+}
+
+/// A `f64` has so many bits more than a `f32`.
+const MORE_BITS: u32 = f64::MANTISSA_DIGITS - f32::MANTISSA_DIGITS;
+
+/// The lanes of a half in which a value is so near to the middle between two `f32` that an error
+/// of 2^`NEAR` units in its last place may reach it.
+#[inline(always)]
+fn near_tie<S: Simd>(simd: S, value: f64x8<S>) -> mask64x8<S> {
+    const NEAR_TIE: u64 = 1 << NEAR;
+    const HALF_WAY: u64 = 1 << (MORE_BITS - 1);
+    // Moved so that those near the middle, and they alone, have none of these bits.
+    const BITS: u64 = (1 << MORE_BITS) - 2 * NEAR_TIE;
+    let moved = value.to_bits() + u64x8::splat(simd, NEAR_TIE.wrapping_sub(HALF_WAY));
+    (moved & u64x8::splat(simd, BITS)).simd_eq(u64x8::splat(simd, 0))
 }
 
 impl<S: Simd> Add for Wide<S> {
@@ -122,7 +187,25 @@ pub(crate) fn clamp_numbers<S: Simd>(
 /// The lanes whose bits are the same.
 #[inline(always)]
 pub(crate) fn same_bits<S: Simd>(a: Narrow<S>, b: Narrow<S>) -> u16 {
-    low_bits(a.to_bits().simd_eq(b.to_bits()).to_bitmask())
+    let simd = fearless_simd::ExtractToken::token(&a);
+    bits_of(simd, a.to_bits().simd_eq(b.to_bits()))
+}
+
+/// The lanes whose bits are set in `mask`.
+#[inline(always)]
+pub(crate) fn lanes_of<S: Simd>(simd: S, mask: u16) -> mask32x16<S> {
+    mask32x16::from_bitmask(simd, mask.into())
+}
+
+/// A bit for each lane that is set.
+#[inline(always)]
+pub(crate) fn bits_of<S: Simd>(simd: S, lanes: mask32x16<S>) -> u16 {
+    // Where a vector has fewer lanes, a half has an instruction for it, and all have none.
+    if size_of::<S::f32s>() == size_of::<[f32; BLOCK]>() {
+        return low_bits(lanes.to_bitmask());
+    }
+    let (low, high) = simd.split_mask32x16(lanes);
+    low_bits(low.to_bitmask() | high.to_bitmask() << (BLOCK / 2))
 }
 
 /// A mask of 16 lanes.

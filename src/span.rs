@@ -40,15 +40,17 @@ pub(crate) trait Place<S: Simd>: Copy {
 
 /// Lanes of one row, as offsets from the anchor.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct InRow<S: Simd> {
-    pub(crate) us: Wide<S>,
+pub(crate) struct InRow {
+    /// Of the first lane.
+    pub(crate) u: f64,
     pub(crate) v: f64,
 }
 
-impl<S: Simd> Place<S> for InRow<S> {
+impl<S: Simd> Place<S> for InRow {
     #[inline(always)]
     fn linear(self, simd: S, function: Linear) -> Wide<S> {
-        Wide::splat(simd, function.row(self.v)) + Wide::splat(simd, function.x) * self.us
+        let us = Wide::count_from(simd, self.u);
+        Wide::splat(simd, function.row(self.v)) + Wide::splat(simd, function.x) * us
     }
 
     #[inline(always)]
@@ -157,12 +159,13 @@ pub(crate) trait Values {
         out: &mut [f32; BLOCK],
     );
 
-    /// The values of all attributes, `count` or all there are, as [`evaluate`](Self::evaluate)
-    /// does. They are set up for the polygon's first pixel, and those that are constant filled
-    /// in.
+    /// The number of attributes, once they are set up; 0 before.
+    fn attribute_count(&self) -> usize;
+
+    /// The values of all attributes, as [`evaluate`](Self::evaluate) does. They are set up for the
+    /// polygon's first pixel, and those that are constant filled in.
     fn evaluate_attributes(
         &mut self,
-        count: usize,
         span: Option<&Span>,
         mask: u16,
         lanes: &mut Vec<[f32; BLOCK]>,
@@ -182,11 +185,11 @@ pub(crate) struct Walker<'a, S: Simd, P> {
     strict: StrictReciprocals<S>,
 }
 
-impl<'a, S: Simd> Walker<'a, S, InRow<S>> {
+impl<'a, S: Simd> Walker<'a, S, InRow> {
     /// To go along spans.
     #[inline(always)]
     pub(crate) fn along_spans(simd: S, polygon: Walked<'a>) -> Self {
-        Self::new(simd, polygon, InRow { us: Wide::splat(simd, 0.0), v: 0.0 })
+        Self::new(simd, polygon, InRow { u: 0.0, v: 0.0 })
     }
 
     /// Goes to the 16 pixels from framebuffer column `x` of row `y` on.
@@ -204,15 +207,15 @@ impl<'a, S: Simd> Walker<'a, S, InRow<S>> {
             ConstantAlong::Nothing => false,
         });
         (self.polygon.u, self.polygon.v) = (u, v);
-        self.place = InRow { us: Wide::count_from(self.simd, f64::from(u)), v: f64::from(v) };
+        self.place = InRow { u: f64::from(u), v: f64::from(v) };
     }
 
-    /// Goes 16 columns to the right.
+    /// Goes to the right by so many blocks.
     #[inline(always)]
-    pub(crate) fn advance(&mut self) {
+    pub(crate) fn advance(&mut self, blocks: i32) {
         self.keep_reciprocals_if(self.along_row);
-        self.polygon.u += 16;
-        self.place.us = self.place.us + Wide::splat(self.simd, 16.0);
+        self.polygon.u += 16 * blocks;
+        self.place.u += f64::from(16 * blocks);
     }
 }
 
@@ -270,7 +273,12 @@ impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
 
     /// The attributes that are neither plain nor constant.
     #[inline(always)]
-    fn evaluate_others(&mut self, span: Option<&Span>, mask: u16, lanes: &mut [[f32; BLOCK]]) {
+    pub(crate) fn evaluate_others(
+        &mut self,
+        span: Option<&Span>,
+        mask: u16,
+        lanes: &mut [[f32; BLOCK]],
+    ) {
         for (k, out) in lanes.iter_mut().enumerate() {
             let field = self.polygon.gradients.attributes.get(k);
             if matches!(field, Some(Field::Strict(_) | Field::Across(..))) {
@@ -281,7 +289,7 @@ impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
 
     /// N r or N, and the lanes at which it is good enough.
     #[inline(always)]
-    fn plain(&mut self, plain: &Plain, out: &mut [f32; BLOCK]) -> u16 {
+    pub(crate) fn plain(&mut self, plain: &Plain, out: &mut [f32; BLOCK]) -> u16 {
         let n = self.place.linear(self.simd, plain.numerator);
         let value = n.narrow();
         let value = if plain.over_w { value * self.reciprocals() } else { value };
@@ -294,7 +302,7 @@ impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
 
     /// This block's reciprocals in `f32`.
     #[inline(always)]
-    pub(crate) fn reciprocals(&mut self) -> Narrow<S> {
+    fn reciprocals(&mut self) -> Narrow<S> {
         if !self.has_reciprocals {
             self.has_reciprocals = true;
             let (simd, q) = (self.simd, self.polygon.gradients.unit_q);
@@ -333,9 +341,14 @@ impl<S: Simd, P: Place<S>> Values for Walker<'_, S, P> {
     }
 
     #[inline(always)]
+    fn attribute_count(&self) -> usize {
+        let gradients = &self.polygon.gradients;
+        if gradients.has_attributes { gradients.attributes.len() } else { 0 }
+    }
+
+    #[inline(always)]
     fn evaluate_attributes(
         &mut self,
-        _count: usize,
         span: Option<&Span>,
         mask: u16,
         lanes: &mut Vec<[f32; BLOCK]>,

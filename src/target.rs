@@ -26,8 +26,8 @@ pub trait Target {
     }
 
     /// `count` times 16 pixels at columns `x ..` of row `y`, all within `size()`, to be set in
-    /// place; or nothing, if that is not how they are stored: then they come by
-    /// [`write`](Self::write).
+    /// place, some of them to what they were; or nothing, if that is not how they are stored: then
+    /// they come by [`write`](Self::write).
     #[inline(always)]
     fn blocks(&mut self, _x: u32, _y: u32, _count: usize) -> &mut [[Self::Pixel; BLOCK]] {
         &mut []
@@ -220,6 +220,12 @@ impl Target for () {
 
     #[inline(always)]
     fn write(&mut self, _x: u32, _y: u32, _run: &[()]) {}
+
+    #[inline(always)]
+    fn blocks(&mut self, _x: u32, _y: u32, count: usize) -> &mut [[(); BLOCK]] {
+        // Of no size: nothing is allocated, nor lost.
+        alloc::vec![[(); BLOCK]; count].leak()
+    }
 }
 
 impl<T: Target + ?Sized> Target for &mut T {

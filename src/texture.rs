@@ -79,7 +79,8 @@ impl Texture {
                 column.cast_unsigned().wrapping_add(row.cast_unsigned().wrapping_mul(self.width))
             });
         }
-        if mask == u16::MAX {
+        // Lane by lane only where that is little: nothing predicts how many there are.
+        if mask.count_ones() > FEW {
             look_up(&self.texels, &index, out);
         } else {
             let mut left = mask;
@@ -101,13 +102,13 @@ impl Texture {
         wrap: impl Fn(i32, i32) -> u32,
     ) {
         let [width, height] = self.scale;
-        let mut strange = 0;
+        let mut usual = [false; BLOCK];
         for lane in 0..BLOCK {
             let (column, row) = (Floor::of(u[lane] * width), Floor::of(v[lane] * height));
-            strange |= column.strange | row.strange;
+            usual[lane] = column.usual & row.usual;
             index[lane] = wrap(column.floor, row.floor);
         }
-        if strange >> (f32::MANTISSA_DIGITS - 1) != 0 {
+        if usual != [true; BLOCK] {
             for lane in 0..BLOCK {
                 let both = (floor(u[lane] * width), floor(v[lane] * height));
                 index[lane] = if let (Some(c), Some(r)) = both { wrap(c, r) } else { 0 };
@@ -116,16 +117,22 @@ impl Texture {
     }
 }
 
+/// So many lanes are looked up one by one.
+const FEW: u32 = 3;
+
 /// Its sum with a number below 2^22 in magnitude has the same exponent and no room for a fraction:
 /// its low bits are the nearest whole number. A conversion would do, but it saturates, which
 /// vectors do not.
 const WHOLE: f32 = 12_582_912.0;
 
+/// 2^22.
+const LARGEST: f32 = 4_194_304.0;
+
 /// The floor of a number that a sum with [`WHOLE`] holds.
 struct Floor {
     floor: i32,
-    /// Has bits above the mantissa if the sum does not hold it.
-    strange: u32,
+    /// Does the sum hold it?
+    usual: bool,
 }
 
 impl Floor {
@@ -133,8 +140,10 @@ impl Floor {
     fn of(product: f32) -> Self {
         let sum = product + WHOLE;
         let nearest = sum.to_bits().wrapping_sub(WHOLE.to_bits()).cast_signed();
-        let floor = nearest.wrapping_sub(i32::from(sum - WHOLE > product));
-        Self { floor, strange: sum.to_bits() ^ WHOLE.to_bits() }
+        // The sign of what it is too large by: a comparison would be a mask, and take a way round.
+        let above = (product - (sum - WHOLE)).to_bits().cast_signed() >> 31;
+        let floor = nearest.wrapping_add(above);
+        Self { floor, usual: product.abs() < LARGEST }
     }
 }
 

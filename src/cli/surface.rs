@@ -90,7 +90,7 @@ impl Surface for Shaded<'_> {
 /// A texture, as it is.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Textured<'a> {
-    /// What is looked up.
+    /// What is looked up: opaque.
     pub(crate) texture: &'a Texture,
     /// Texture coordinates.
     pub(crate) uvs: &'a [[f32; 2]],
@@ -120,10 +120,6 @@ impl Colour for Textured<'_> {
     #[inline(always)]
     fn rgba8(&self, attributes: &[[f32; BLOCK]], mask: u16, out: &mut [[u8; 4]; BLOCK]) {
         self.texture.nearest_block(&attributes[0], &attributes[1], mask, out);
-        // Whatever the file's alpha, nothing shines through.
-        for [_, _, _, alpha] in out {
-            *alpha = 255;
-        }
     }
 }
 

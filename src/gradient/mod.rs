@@ -216,8 +216,9 @@ pub(crate) struct Gradients {
     pub(crate) q_sign: f64,
     /// The least |Q| over the clipped polygon.
     least_q: f64,
-    /// The power of two that brings it into 1..2, so that a `f32` holds Q and every N.
-    unit: f64,
+    /// The power of two that brings it into 1..2, so that a `f32` holds Q and every N; negative
+    /// where Q is.
+    pub(crate) unit: f64,
     /// Q times that.
     pub(crate) unit_q: Linear,
     det: f64,
@@ -318,7 +319,7 @@ impl Gradients {
     #[inline(always)]
     fn take_trusted_plane(&mut self, q: Linear, det: f64, least_q: f64) {
         (self.q, self.det, self.least_q) = (q, det, least_q);
-        self.unit = power_of_two(-exponent_of(least_q).unwrap_or(0));
+        self.unit = power_of_two(-exponent_of(least_q).unwrap_or(0)).copysign(det);
         self.unit_q = q.scaled(self.unit);
         self.constant = constant_along(q);
     }

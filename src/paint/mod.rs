@@ -9,12 +9,12 @@ mod spans;
 
 use alloc::vec::Vec;
 
-use fearless_simd::{Level, Simd, SimdBase, SimdMask, dispatch};
+use fearless_simd::{Level, Simd, SimdBase, dispatch};
 
 use crate::depth::{Compare, DepthSource, DepthTest};
 use crate::edge::Span;
 use crate::gradient::Quantity;
-use crate::lanes::{Narrow, low_bits};
+use crate::lanes::{Narrow, bits_of};
 use crate::patch::Patches;
 use crate::row::AlongSpans;
 use crate::settle::Walked;
@@ -61,7 +61,10 @@ pub(crate) fn paint<S: Shader, T: Target<Pixel = S::Pixel>>(
     let lanes = Lanes { tested, depth: depths, inv_w, w, attributes };
     let canvas = Canvas { place, lanes, shader, target, shaded: 0 };
     dispatch!(level, simd => match covered {
-        Covered::Spans(spans) => canvas.paint_spans(AlongSpans::new(simd, walked), spans, depth),
+        Covered::Spans(spans) => {
+            let walker = AlongSpans::new(simd, walked, tested.map(quantity_of));
+            canvas.paint_spans(walker, spans, depth)
+        }
         Covered::Patches(patches) => {
             canvas.paint_patches(Walker::over_patches(simd, walked), patches, depth)
         }
@@ -98,7 +101,8 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
     ) -> u16 {
         self.shaded += u64::from(block.mask.count_ones());
         self.lanes.find(S::INPUTS, values, block);
-        let kept = self.shader.shade(&self.lanes.block(block), pixels);
+        let attributes = &self.lanes.attributes[..values.attribute_count()];
+        let kept = self.shader.shade(&self.lanes.block(block, attributes), pixels);
         if S::KEEPS_ALL { block.mask } else { kept & block.mask }
     }
 }
@@ -110,6 +114,7 @@ struct Lanes<'a> {
     depth: [f32; BLOCK],
     inv_w: [f32; BLOCK],
     w: [f32; BLOCK],
+    /// Of one block, or of some, one after the other.
     attributes: &'a mut Vec<[f32; BLOCK]>,
 }
 
@@ -128,15 +133,15 @@ impl Lanes<'_> {
             values.evaluate(Quantity::W, span, mask, &mut self.w);
         }
         if inputs.attributes > 0 {
-            values.evaluate_attributes(inputs.attributes, span, mask, self.attributes);
+            values.evaluate_attributes(span, mask, self.attributes);
         }
     }
 
     /// As the shader sees them.
     #[inline(always)]
-    fn block(&self, at: BlockAt<'_>) -> Block<'_> {
+    fn block<'b>(&'b self, at: BlockAt<'_>, attributes: &'b [[f32; BLOCK]]) -> Block<'b> {
         let BlockAt { first, columns, mask, .. } = at;
-        let Self { depth, inv_w, w, attributes, .. } = self;
+        let Self { depth, inv_w, w, .. } = self;
         Block { first, columns, mask, depth, inv_w, w, attributes }
     }
 
@@ -176,16 +181,39 @@ fn passing_lanes<L: Simd>(
     new: &[f32; BLOCK],
     stored: &[f32; BLOCK],
 ) -> u16 {
-    let (new, stored) = (Narrow::load_array_ref(simd, new), Narrow::load_array_ref(simd, stored));
-    let lanes = match compare {
-        Compare::Never => return 0,
-        Compare::Less => new.simd_lt(stored),
-        Compare::Equal => new.simd_eq(stored),
-        Compare::LessEqual => new.simd_le(stored),
-        Compare::Greater => new.simd_gt(stored),
-        Compare::NotEqual => return !low_bits(new.simd_eq(stored).to_bitmask()),
-        Compare::GreaterEqual => new.simd_ge(stored),
-        Compare::Always => return u16::MAX,
-    };
-    low_bits(lanes.to_bitmask())
+    let lanes = |lanes| Narrow::load_array_ref(simd, lanes);
+    match compare {
+        Compare::Less => bits_of(simd, lanes(new).simd_lt(lanes(stored))),
+        Compare::Greater => bits_of(simd, lanes(new).simd_gt(lanes(stored))),
+        // Out of line: what is usual is predicted, without a table.
+        _ => passing_otherwise(simd, compare, new, stored),
+    }
+}
+
+/// The same for what is not usual.
+#[inline(never)]
+fn passing_otherwise<L: Simd>(
+    simd: L,
+    compare: Compare,
+    new: &[f32; BLOCK],
+    stored: &[f32; BLOCK],
+) -> u16 {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let (new, stored) =
+                (Narrow::load_array_ref(simd, new), Narrow::load_array_ref(simd, stored));
+            let lanes = match compare {
+                Compare::Never => return 0,
+                Compare::Less => new.simd_lt(stored),
+                Compare::Equal => new.simd_eq(stored),
+                Compare::LessEqual => new.simd_le(stored),
+                Compare::Greater => new.simd_gt(stored),
+                Compare::NotEqual => return !bits_of(simd, new.simd_eq(stored)),
+                Compare::GreaterEqual => new.simd_ge(stored),
+                Compare::Always => return u16::MAX,
+            };
+            bits_of(simd, lanes)
+        },
+    )
 }

@@ -1,11 +1,17 @@
 //! Blocks of rows: 16 pixels from a column that is a multiple of 16 on.
 
-use fearless_simd::Simd;
+use core::ops::Range;
+
+use fearless_simd::{Select as _, Simd, SimdBase};
 
 use super::{BlockAt, Canvas, passing_lanes, quantity_of};
+use crate::along::AHEAD;
+use crate::depth::DepthSource;
 use crate::edge::Span;
-use crate::row::AlongSpans;
+use crate::lanes::{Narrow, lanes_of};
+use crate::row::{AlongSpans, FUNCTIONS};
 use crate::shade::{BLOCK, Shader};
+use crate::span::Values;
 use crate::target::{DepthBuffer, Target, copy_run};
 
 /// Columns of a block.
@@ -21,171 +27,302 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         mut depth: Option<&mut DepthBuffer<'_>>,
     ) -> (u64, u64) {
         let (corner, origin) = (self.place.corner, self.place.origin);
+        let (mut width, _) = self.target.size();
+        if let Some(depth) = &depth {
+            width = width.min(depth.dimensions().0);
+        }
         for span in spans {
             let y = span.row + corner[1];
             let (start, end) = (span.start + corner[0], span.end + corner[0]);
-            let row = y.abs_diff(origin[1]);
-            let mut depths = depth.as_deref_mut().map(|buffer| buffer.row_mut(row));
-            let mut x = start & !(BLOCK_COLUMNS - 1);
-            walker.seek([x, y], [start, end], self.lanes.tested.map(quantity_of));
-            while x < end {
-                let at =
-                    |x: i32| RunAt { span, first: [x, y], column: x.wrapping_sub(origin[0]), row };
-                // Closures, of which there may be many, are compiled once less.
-                let whole = if S::KEEPS_ALL && x >= start { (end - x) / BLOCK_COLUMNS } else { 0 };
-                let mask = if whole > 0 {
-                    let (done, mask) =
-                        self.paint_whole(&mut walker, at(x), whole, depths.as_deref_mut());
-                    x += BLOCK_COLUMNS * done;
-                    if done == whole {
-                        continue;
-                    }
-                    mask
-                } else {
-                    let mask = lanes_between(start - x, end - x);
-                    self.passing(&mut walker, at(x), mask, depths.as_deref())
-                };
-                if mask != 0 {
-                    self.paint_part(&mut walker, at(x), mask, depths.as_deref_mut());
+            let x = start & !(BLOCK_COLUMNS - 1);
+            let (first, last) = (start - x, end - x);
+            let row = Row {
+                span,
+                first: [x, y],
+                column: x.wrapping_sub(origin[0]),
+                row: y.abs_diff(origin[1]),
+                // Blocks at the ends may be cut.
+                blocks: (last + BLOCK_COLUMNS - 1) / BLOCK_COLUMNS,
+                from: u16::MAX << first,
+                to: u16::MAX >> (-last & (BLOCK_COLUMNS - 1)),
+            };
+            let mut depths = depth.as_deref_mut().map(|buffer| buffer.row_mut(row.row));
+            walker.seek(row.first);
+            let within = row.within(width);
+            let mut i = 0;
+            while i < row.blocks {
+                if within.contains(&i) {
+                    let range = i..within.end;
+                    let done = self.paint_within(&mut walker, row, range, depths.as_deref_mut());
+                    let done = i32::try_from(done).unwrap_or(0);
+                    walker.advance(done);
+                    i += done;
                 }
-                // Beyond the last block there may be no number for a column.
-                if end - x <= BLOCK_COLUMNS {
-                    break;
+                if i < row.blocks {
+                    self.paint_any(&mut walker, row, i, depths.as_deref_mut());
+                    walker.advance(1);
+                    i += 1;
                 }
-                x += BLOCK_COLUMNS;
-                walker.advance();
             }
         }
         (self.shaded, walker.exact_values())
     }
 
-    /// Paints `count` whole blocks from `at` on, up to one of which only some pixels pass the
-    /// depth test, or that cannot be shaded in place. Returns how many are done, and the lanes
-    /// of the next that passed.
+    /// Paints the blocks `range`, all of whose lanes lie in the target, covered or not; up to the
+    /// first that is not prepared, or none if the target does not store pixels so. Returns how many.
     #[inline(always)]
-    fn paint_whole<L: Simd>(
+    fn paint_within<L: Simd>(
         &mut self,
         walker: &mut AlongSpans<'_, L>,
-        at: RunAt<'_>,
-        count: i32,
+        row: Row<'_>,
+        range: Range<i32>,
         depths: Option<&mut [f32]>,
-    ) -> (i32, u16) {
-        let test = self.place.test;
-        let (start, blocks) = (at.column(0), count.unsigned_abs() as usize);
-        let mut stored = depths.map(|row| {
-            row[start as usize..start as usize + blocks * BLOCK].as_chunks_mut().0.iter_mut()
-        });
-        let mut pixels = self.target.blocks(start, at.row, blocks).iter_mut();
-        let mut first = at.first;
-        for done in 0..count {
-            let mut mask = u16::MAX;
-            let stored = stored.as_mut().and_then(Iterator::next);
-            if let Some(stored) = &stored {
-                let found = self.lanes.of_mut(test.source);
-                walker.tested(quantity_of(test.source), at.span, mask, found);
-                mask = passing_lanes(walker.simd(), test.compare, found, stored);
-            }
-            let pixels = pixels.next();
-            if mask != 0 {
-                let Some(pixels) = pixels else { return (done, mask) };
-                if mask != u16::MAX {
-                    return (done, mask);
-                }
-                let block = BlockAt { first, columns: 16, span: Some(at.span), mask };
-                self.shaded += 16;
-                self.lanes.find(S::INPUTS, walker, block);
-                self.shader.shade(&self.lanes.block(block), pixels);
-                if let Some(stored) = stored
-                    && test.write
-                {
-                    *stored = *self.lanes.of(test.source);
-                }
-            }
-            first[0] += BLOCK_COLUMNS;
-            walker.advance();
+    ) -> usize {
+        let (test, inputs) = (self.place.test, S::INPUTS);
+        let has_depth = depths.is_some();
+        let is = |source| has_depth && test.source == source;
+        let (reads_z, reads_inv_w) = (inputs.depth, inputs.inv_w);
+        let given = (!reads_z || is(DepthSource::Z)) && (!reads_inv_w || is(DepthSource::InvW));
+        if !given || inputs.w || has_depth && walker.tested.is_none() {
+            return 0;
         }
-        (count, 0)
+        let first_block = range.start;
+        let start = row.column_of(first_block, 0);
+        let count = (range.end - range.start).unsigned_abs() as usize;
+        let pixels = self.target.blocks(start, row.row, count);
+        if pixels.len() != count {
+            return 0;
+        }
+        let depths = depths.and_then(|depths| depths.get_mut(start as usize..));
+        let stored: &mut [[f32; BLOCK]] = depths.unwrap_or_default().as_chunks_mut().0;
+        if has_depth && stored.len() < count {
+            return 0;
+        }
+        let simd = walker.simd();
+        let mut middle = walker.middle();
+        // The last block that is covered in part, if any is, and how far it is.
+        let last = (row.blocks - 1 - first_block).unsigned_abs() as usize;
+        let mut found = [[0.0; BLOCK]; AHEAD];
+        let mut count_attributes = inputs.attributes;
+        let mut done = 0;
+        while done < count {
+            let mut some = AHEAD.min(count - done);
+            let mut masks = [u16::MAX; AHEAD];
+            if done == 0 {
+                masks[0] = row.mask(first_block);
+            }
+            if let Some(mask) = masks.get_mut(last - done) {
+                *mask &= row.to;
+            }
+            let mut any = true;
+            if let Some(tested) = walker.tested.as_ref().filter(|_| has_depth) {
+                let (ahead, good) = tested.look_ahead(simd, middle);
+                some = some.min(good);
+                any = false;
+                let four = stored.get(done..).and_then(<[_]>::first_chunk::<AHEAD>);
+                let usual = tested.off_middle().filter(|_| some == AHEAD);
+                if let (Some(off_middle), Some(stored)) = (usual, four) {
+                    for i in 0..AHEAD {
+                        ahead.lanes(simd, i, off_middle).store_array(&mut found[i]);
+                        masks[i] &= passing_lanes(simd, test.compare, &found[i], &stored[i]);
+                        any |= masks[i] != 0;
+                    }
+                } else {
+                    for i in 0..some {
+                        let Some(stored) = stored.get(done + i) else { break };
+                        let Some(tested) = &walker.tested else { break };
+                        let at = middle + (i * BLOCK) as f64;
+                        let (new, undecided) = tested.lanes(simd, &ahead, i, at);
+                        new.store_array(&mut found[i]);
+                        if undecided & masks[i] != 0 {
+                            let (quantity, blocks) = (quantity_of(test.source), (done + i) as i32);
+                            walker.decide(blocks, quantity, row.span, masks[i], &mut found[i]);
+                        }
+                        masks[i] &= passing_lanes(simd, test.compare, &found[i], stored);
+                        any |= masks[i] != 0;
+                    }
+                }
+            }
+            if any && some > 0 {
+                if count_attributes != 0 && !walker.prepare(self.lanes.attributes) {
+                    break;
+                }
+                // Most shaders know how many they read.
+                if count_attributes > FUNCTIONS {
+                    count_attributes = walker.attribute_count();
+                } else if count_attributes != walker.attribute_count() {
+                    break;
+                }
+                let (attributes, count) = (&mut *self.lanes.attributes, count_attributes);
+                if count != 0 {
+                    let (prepared, masks) = (&walker.prepared, &masks[..some]);
+                    let mut undecided = [0; AHEAD];
+                    let good =
+                        prepared.find_some(simd, count, middle, masks, attributes, &mut undecided);
+                    some = some.min(good);
+                    for i in 0..some {
+                        if undecided[i % AHEAD] & masks[i] != 0 {
+                            let lanes = &mut attributes[i * count..(i + 1) * count];
+                            walker.decide_attributes((done + i) as i32, row.span, masks[i], lanes);
+                        }
+                    }
+                }
+                let stride = walker.prepared.stride(count);
+                let whole = S::KEEPS_ALL && some == AHEAD && masks == [u16::MAX; AHEAD];
+                if whole && let Some(pixels) = pixels[done..].first_chunk_mut::<AHEAD>() {
+                    self.shaded += (AHEAD * BLOCK) as u64;
+                    if test.write
+                        && let Some(stored) = stored.get_mut(done..done + AHEAD)
+                    {
+                        stored.copy_from_slice(&found);
+                    }
+                    for (i, pixels) in pixels.iter_mut().enumerate() {
+                        match test.source {
+                            DepthSource::Z if reads_z => self.lanes.depth = found[i],
+                            DepthSource::InvW if reads_inv_w => self.lanes.inv_w = found[i],
+                            _ => {}
+                        }
+                        let first = [row.column_at(first_block + (done + i) as i32), row.first[1]];
+                        let mask = u16::MAX;
+                        let block = BlockAt { first, columns: 16, span: Some(row.span), mask };
+                        let attributes = &self.lanes.attributes[i * stride..i * stride + count];
+                        self.shader.shade(&self.lanes.block(block, attributes), pixels);
+                    }
+                    done += some;
+                    middle += (some * BLOCK) as f64;
+                    continue;
+                }
+                let blocks = masks.iter().zip(&found).take(some).enumerate();
+                for (i, (mask, found)) in blocks {
+                    let mut mask = *mask;
+                    let Some(pixels) = pixels.get_mut(done + i).filter(|_| mask != 0) else {
+                        continue;
+                    };
+                    match test.source {
+                        DepthSource::Z if reads_z => self.lanes.depth = *found,
+                        DepthSource::InvW if reads_inv_w => self.lanes.inv_w = *found,
+                        _ => {}
+                    }
+                    self.shaded += u64::from(mask.count_ones());
+                    let first = [row.column_at(first_block + (done + i) as i32), row.first[1]];
+                    let block = BlockAt { first, columns: 16, span: Some(row.span), mask };
+                    let attributes = &self.lanes.attributes[i * stride..i * stride + count];
+                    let block = self.lanes.block(block, attributes);
+                    let mut part = [S::Pixel::default(); BLOCK];
+                    let kept = self.shader.shade(&block, &mut part);
+                    if !S::KEEPS_ALL {
+                        mask &= kept;
+                    }
+                    for (lane, (to, from)) in pixels.iter_mut().zip(part).enumerate() {
+                        *to = if mask >> lane & 1 == 0 { *to } else { from };
+                    }
+                    if test.write
+                        && let Some(stored) = stored.get_mut(done + i)
+                    {
+                        let new = Narrow::load_array_ref(simd, found);
+                        let old = Narrow::load_array_ref(simd, stored);
+                        lanes_of(simd, mask).select(new, old).store_array(stored);
+                    }
+                }
+            }
+            if some == 0 {
+                break;
+            }
+            done += some;
+            middle += (some * BLOCK) as f64;
+        }
+        done
     }
 
-    /// The lanes of `mask` that pass the depth test.
+    /// Paints block `i`, run by run.
     #[inline(always)]
-    fn passing<L: Simd>(
+    fn paint_any<L: Simd>(
         &mut self,
         walker: &mut AlongSpans<'_, L>,
-        at: RunAt<'_>,
-        mask: u16,
-        depths: Option<&[f32]>,
-    ) -> u16 {
-        let Some(row) = depths else { return mask };
-        let test = self.place.test;
-        let found = self.lanes.of_mut(test.source);
-        walker.tested(quantity_of(test.source), at.span, mask, found);
-        let start = usize::try_from(at.column).ok();
-        let whole = start.and_then(|start| row.get(start..)?.first_chunk::<BLOCK>());
-        let mut part = [0.0; BLOCK];
-        let stored = whole.unwrap_or_else(|| {
-            let first = mask.trailing_zeros() as usize;
-            let last = BLOCK - mask.leading_zeros() as usize;
-            let start = at.column(first) as usize;
-            copy_run(&row[start..start + last - first], &mut part[first..last]);
-            &part
-        });
-        mask & passing_lanes(walker.simd(), test.compare, found, stored)
-    }
-
-    /// Shades the lanes of `mask`, which passed, and stores what is kept, run by run.
-    #[inline(always)]
-    fn paint_part<L: Simd>(
-        &mut self,
-        walker: &mut AlongSpans<'_, L>,
-        at: RunAt<'_>,
-        mask: u16,
+        row: Row<'_>,
+        i: i32,
         mut depths: Option<&mut [f32]>,
     ) {
         let test = self.place.test;
+        let mut mask = row.mask(i);
+        if let Some(depths) = &depths {
+            let (simd, quantity) = (walker.simd(), quantity_of(test.source));
+            let found = self.lanes.of_mut(test.source);
+            walker.evaluate(quantity, Some(row.span), mask, found);
+            let mut stored = [0.0; BLOCK];
+            let first = mask.trailing_zeros() as usize;
+            let last = BLOCK - mask.leading_zeros() as usize;
+            let start = row.column_of(i, first) as usize;
+            copy_run(&depths[start..start + last - first], &mut stored[first..last]);
+            mask &= passing_lanes(simd, test.compare, found, &stored);
+        }
+        if mask == 0 {
+            return;
+        }
+        let first = [row.column_at(i), row.first[1]];
+        let block = BlockAt { first, columns: 16, span: Some(row.span), mask };
         let mut pixels = [S::Pixel::default(); BLOCK];
-        let block = BlockAt { first: at.first, columns: 16, span: Some(at.span), mask };
         let mut left = self.shade(walker, block, &mut pixels);
         while left != 0 {
             let first = left.trailing_zeros();
             let count = (left >> first).trailing_ones();
             left &= u16::MAX << (first + count - 1) << 1;
             let lanes = first as usize..(first + count) as usize;
-            let column = at.column(lanes.start);
-            self.target.write(column, at.row, &pixels[lanes.clone()]);
-            if let Some(row) = depths.as_deref_mut()
+            let column = row.column_of(i, lanes.start);
+            self.target.write(column, row.row, &pixels[lanes.clone()]);
+            if let Some(depths) = depths.as_deref_mut()
                 && test.write
             {
-                let to = &mut row[column as usize..column as usize + lanes.len()];
+                let to = &mut depths[column as usize..column as usize + lanes.len()];
                 copy_run(&self.lanes.of(test.source)[lanes], to);
             }
         }
     }
 }
 
-/// Where a block lies.
+/// Where a span's blocks lie.
 #[derive(Clone, Copy)]
-struct RunAt<'a> {
+struct Row<'a> {
     span: &'a Span,
-    /// Of lane 0, in the framebuffer.
+    /// Of the first block's lane 0, in the framebuffer.
     first: [i32; 2],
-    /// Of lane 0, in the target; it may lie beyond it.
+    /// Of the same, in the target; it may lie beyond it.
     column: i32,
     /// In the target.
     row: u32,
+    blocks: i32,
+    /// The covered lanes of the first block, and of the last.
+    from: u16,
+    to: u16,
 }
 
-impl RunAt<'_> {
-    /// The target's column of lane `lane`, which lies in it.
+impl Row<'_> {
+    /// The target's column of a lane of block `i` that lies in it.
     #[inline(always)]
-    fn column(self, lane: usize) -> u32 {
-        self.column.cast_unsigned().wrapping_add(lane as u32)
+    fn column_of(self, i: i32, lane: usize) -> u32 {
+        self.column.wrapping_add(i * BLOCK_COLUMNS).cast_unsigned().wrapping_add(lane as u32)
     }
-}
 
-/// The lanes `start..end` of a block; what lies beyond the block is cut.
-#[inline(always)]
-fn lanes_between(start: i32, end: i32) -> u16 {
-    let from = u16::MAX << start.clamp(0, BLOCK_COLUMNS - 1);
-    if end >= BLOCK_COLUMNS { from } else { from & !(u16::MAX << end.max(0)) }
+    /// The framebuffer's column of block `i`.
+    #[inline(always)]
+    fn column_at(self, i: i32) -> i32 {
+        self.first[0].wrapping_add(i * BLOCK_COLUMNS)
+    }
+
+    /// The covered lanes of block `i`.
+    #[inline(always)]
+    fn mask(self, i: i32) -> u16 {
+        let from = if i == 0 { self.from } else { u16::MAX };
+        if i == self.blocks - 1 { from & self.to } else { from }
+    }
+
+    /// The blocks that lie whole in a target that is `width` wide.
+    #[inline(always)]
+    fn within(self, width: u32) -> Range<i32> {
+        let column = i64::from(self.column);
+        let end = (i64::from(width) - column) / i64::from(BLOCK_COLUMNS);
+        #[expect(clippy::cast_possible_truncation, reason = "no more than there are")]
+        let end = if end < i64::from(self.blocks) { end as i32 } else { self.blocks };
+        i32::from(column < 0)..end
+    }
 }

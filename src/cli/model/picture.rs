@@ -39,7 +39,9 @@ pub(super) fn read(path: &Path) -> Result<Option<Texture>, Failure> {
         ImageError::Limits(e) => bad(path, &format!("it is too large ({e})")),
         e => bad(path, &e.to_string()),
     })?;
-    let picture = picture.into_rgba8();
+    let mut picture = picture.into_rgba8();
+    // Whatever the file's alpha, nothing shines through.
+    picture.pixels_mut().for_each(|pixel| pixel.0[3] = u8::MAX);
     let (width, height) = picture.dimensions();
     let texture = Texture::new(width, height, picture.as_chunks().0);
     texture.map(Some).map_err(|e| bad(path, &e.to_string()))

@@ -1,0 +1,161 @@
+//! Linear functions along a row, a block of 16 pixels at a time.
+//!
+//! In the middle of a block, at lane 8, a function is found in `f64`. By how much the other lanes
+//! differ is the same in every block; where that is small beside the value, `f32` holds it well
+//! enough, and a lane costs two sums. Where it is not, each lane is found in `f64`.
+//! docs/precision.md, "By blocks", derives which is which.
+//!
+//! Which way a pixel goes depends on the polygon and the pixel's block of the framebuffer alone.
+
+use fearless_simd::{Simd, SimdBase, SimdNarrow, SimdWiden, f64x4};
+
+use crate::gradient::Plain;
+use crate::gradient::frame::Linear;
+use crate::lanes::{Narrow, Wide};
+
+/// The lane in the middle: no lane is farther from it.
+pub(crate) const MIDDLE: f64 = 8.0;
+
+/// What each lane is off the middle.
+const OFF_MIDDLE: [f64; 16] =
+    [-8.0, -7.0, -6.0, -5.0, -4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+
+/// A linear function on a row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OnRow {
+    /// At the anchor's column.
+    pub(crate) start: f64,
+    pub(crate) step: f64,
+}
+
+impl OnRow {
+    /// `v`: the row's offset from the anchor.
+    #[inline(always)]
+    pub(crate) fn of(function: &Linear, v: f64) -> Self {
+        Self { start: function.row(v), step: function.x }
+    }
+
+    #[inline(always)]
+    pub(crate) fn times(self, factor: f64) -> Self {
+        Self { start: self.start * factor, step: self.step * factor }
+    }
+
+    /// At several columns.
+    #[inline(always)]
+    pub(crate) fn at_all<S: Simd>(self, simd: S, us: f64x4<S>) -> f64x4<S> {
+        f64x4::splat(simd, self.start) + f64x4::splat(simd, self.step) * us
+    }
+
+    /// `u`: the column's offset from the anchor.
+    #[inline(always)]
+    pub(crate) fn at(self, u: f64) -> f64 {
+        self.start + self.step * u
+    }
+
+    /// At the 16 columns around `middle`, each rounded once from `f64` unless the lanes are `near`
+    /// each other.
+    #[inline(always)]
+    pub(crate) fn lanes<S: Simd>(self, simd: S, middle: f64, near: bool) -> Narrow<S> {
+        if near {
+            let value = f64x4::splat(simd, self.at(middle));
+            return Middles::of(value).lanes(simd, 0, off_middle(simd, self.step));
+        }
+        self.wide(simd, middle).narrow()
+    }
+
+    /// The same in `f64`.
+    #[inline(always)]
+    pub(crate) fn wide<S: Simd>(self, simd: S, middle: f64) -> Wide<S> {
+        let us = Wide::count_from(simd, middle - MIDDLE);
+        Wide::splat(simd, self.start) + Wide::splat(simd, self.step) * us
+    }
+}
+
+/// What each lane is off the middle's value, rounded.
+#[inline(always)]
+pub(crate) fn off_middle<S: Simd>(simd: S, step: f64) -> Narrow<S> {
+    (Wide::load(simd, &OFF_MIDDLE) * Wide::splat(simd, step)).narrow()
+}
+
+/// So many blocks are begun together: their latencies overlap.
+pub(crate) const AHEAD: usize = 4;
+
+/// How far their middles are from the first one's.
+const BLOCKS: [f64; AHEAD] = [0.0, 16.0, 32.0, 48.0];
+
+/// The middles of the block around `middle` and the next ones.
+#[inline(always)]
+pub(crate) fn middles_from<S: Simd>(simd: S, middle: f64) -> f64x4<S> {
+    f64x4::splat(simd, middle) + f64x4::from_slice(simd, &BLOCKS)
+}
+
+/// Values in the middles of blocks: the nearest `f32`, and what that is off.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Middles {
+    nearest: [f32; 2 * AHEAD],
+    rest: [f32; 2 * AHEAD],
+}
+
+impl Middles {
+    #[inline(always)]
+    pub(crate) fn none() -> Self {
+        Self { nearest: [0.0; 2 * AHEAD], rest: [0.0; 2 * AHEAD] }
+    }
+
+    #[inline(always)]
+    pub(crate) fn of<S: Simd>(values: f64x4<S>) -> Self {
+        let nearest = values.narrow(values);
+        let rest = values - nearest.widen().0;
+        let mut middles = Self::none();
+        nearest.store_array(&mut middles.nearest);
+        rest.narrow(rest).store_array(&mut middles.rest);
+        middles
+    }
+
+    /// Value `i` in all lanes.
+    #[inline(always)]
+    pub(crate) fn lanes<S: Simd>(&self, simd: S, i: usize, off_middle: Narrow<S>) -> Narrow<S> {
+        let i = i % AHEAD;
+        Narrow::splat(simd, self.nearest[i]) + (Narrow::splat(simd, self.rest[i]) + off_middle)
+    }
+}
+
+/// The least Q in a block's middle for which its lanes are near each other.
+#[inline(always)]
+pub(crate) fn least_for_q(q_step: f64) -> f64 {
+    40.0 * q_step.abs()
+}
+
+/// The same for an attribute's N.
+#[inline(always)]
+pub(crate) fn least_for_numerator(plain: &Plain, q_step: f64) -> f64 {
+    16.0 * plain.numerator.x.abs() / magnitude(plain) + MIDDLE * q_step.abs()
+}
+
+/// The same for an attribute that is divided once for each row, whose Q does not change.
+#[inline(always)]
+pub(crate) fn least_for_row(plain: &Plain) -> f64 {
+    64.0 * plain.numerator.x.abs() / magnitude(plain)
+}
+
+/// Is an attribute that is not over w near enough everywhere?
+#[inline(always)]
+pub(crate) fn always_near(plain: &Plain) -> bool {
+    64.0 * plain.numerator.x.abs() <= magnitude(plain)
+}
+
+/// The least magnitude of depth in a block's middle, for which its lanes are near each
+/// other and none is in doubt.
+#[inline(always)]
+pub(crate) fn least_for_depth(plain: &Plain) -> f64 {
+    let step = plain.numerator.x.abs();
+    let (doubtful, steep) = (2.0 * plain.doubtful_below, 64.0 * step);
+    (if doubtful > steep { doubtful } else { steep }) + MIDDLE * step
+}
+
+/// An attribute's largest magnitude at the vertices.
+#[inline(always)]
+fn magnitude(plain: &Plain) -> f64 {
+    let [low, high] = plain.range;
+    f64::from(if -low > high { -low } else { high })
+}

@@ -1,0 +1,79 @@
+//! What leaves a value in doubt: the bounds behind the quick test of `Exact`.
+//!
+//! A value in `f64` that is off by fewer than 2^[`NEAR`] units in its last place, and farther than
+//! that from the middle between two `f32`, is rounded right. The units are those of the value, and
+//! part of the error is not: so what is small beside that part is in doubt too.
+//! docs/precision.md, "The X loop, `Exact`", derives the bounds.
+
+use crate::gradient::frame::U;
+use crate::gradient::{Gradients, Strict, nearest_f32};
+use crate::lanes::NEAR;
+use crate::settle::SECOND_ORDER;
+
+/// One over the error that is allowed, by the value's magnitude; half for what goes by the value.
+const ALLOWED: f64 = (1_u64 << (f64::MANTISSA_DIGITS + 1 - NEAR)) as f64;
+
+/// The reciprocal, two products and two sums, relatively.
+const QUOTIENT_ERROR: f64 = 1.25 / 70_368_744_177_664.0;
+
+/// The same without a reciprocal.
+const PRODUCT_ERROR: f64 = 10.0 * U;
+
+/// Below this, a value might round to a subnormal.
+const SMALLEST: f64 = 1e-36;
+
+/// Above it, `f32` might not hold what is doubtful.
+const LARGEST: f64 = 1e37;
+
+/// The least Q, with which 1/Q is well within the range of `f32`.
+const SMALLEST_Q: f64 = 1.0 / 1_048_576.0;
+
+/// Above the Q of which that is true.
+pub(crate) const LARGEST_Q: f64 = 1e30;
+
+/// What is doubtful of a strict quantity: values below `always` + `by_r` times the greatest 1/Q.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Doubt {
+    always: f64,
+    by_r: f64,
+}
+
+impl Doubt {
+    /// Of base + D/Q, both times the unit.
+    #[inline(always)]
+    pub(crate) fn of_quotient(strict: &Strict, gradients: &Gradients) -> Self {
+        let (base, unit) = (strict.base.abs(), gradients.unit.abs());
+        let by_r = strict.error + gradients.q_error * base;
+        Self {
+            always: ALLOWED * QUOTIENT_ERROR * base + SMALLEST,
+            by_r: ALLOWED * SECOND_ORDER * by_r * unit,
+        }
+    }
+
+    /// Of base + D scale, if the error that goes by the value is small enough.
+    #[inline(always)]
+    pub(crate) fn of_scaled(strict: &Strict, det_relative_error: f64) -> Option<Self> {
+        let relative = det_relative_error + PRODUCT_ERROR;
+        let always = ALLOWED * SECOND_ORDER * (strict.error + relative * strict.base.abs());
+        (ALLOWED * relative <= 1.0 && always < f64::INFINITY)
+            .then_some(Self { always: always + SMALLEST, by_r: 0.0 })
+    }
+
+    /// The least Q, times the unit, for which the error that goes by the value is small enough;
+    /// nothing if there is none.
+    #[inline(always)]
+    pub(crate) fn least_q(gradients: &Gradients) -> Option<f64> {
+        let least = 2.0 * ALLOWED * gradients.q_error * gradients.unit.abs();
+        let known = gradients.q_sign != 0.0 && least < f64::INFINITY;
+        known.then_some(if least > SMALLEST_Q { least } else { SMALLEST_Q })
+    }
+
+    /// The least value that is not in doubt, once rounded; NaN if all are.
+    #[inline(always)]
+    pub(crate) fn least(&self, greatest_r: f64) -> f32 {
+        // Room for the rounding of either.
+        const ROOM: f64 = 1.0 + 1.0 / 1_048_576.0;
+        let least = (self.always + self.by_r * greatest_r) * ROOM;
+        if least < LARGEST { nearest_f32(least) } else { f32::NAN }
+    }
+}
