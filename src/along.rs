@@ -159,3 +159,28 @@ fn magnitude(plain: &Plain) -> f64 {
     let [low, high] = plain.range;
     f64::from(if -low > high { -low } else { high })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::Simd as Level;
+
+    /// By blocks, a lane is off by no more than the last sum, and 16 steps' worth of roundings.
+    #[test]
+    fn lanes_around_a_middle_are_within_the_bound() {
+        let u = f64::from(f32::EPSILON) / 2.0;
+        for (_, level) in Level::all() {
+            fearless_simd::dispatch!(level.0, simd => for i in 0..500 {
+                let step = f64::from(i) * 0.000_73 - 0.18;
+                let on_row = OnRow { start: 1.0 + f64::from(i) / 7.0, step };
+                let mut lanes = [0.0; 16];
+                on_row.lanes(simd, 24.0, true).store_array(&mut lanes);
+                for (lane, column) in lanes.iter().zip(16_u8..) {
+                    let right = on_row.at(f64::from(column));
+                    let bound = 1.001 * u * (right.abs() + 16.0 * step.abs());
+                    assert!((f64::from(*lane) - right).abs() <= bound, "{right}");
+                }
+            });
+        }
+    }
+}

@@ -214,3 +214,38 @@ pub(crate) fn bits_of<S: Simd>(simd: S, lanes: mask32x16<S>) -> u16 {
 pub(crate) fn low_bits(mask: u64) -> u16 {
     mask as u16
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::Simd as Level;
+
+    #[test]
+    fn ties_are_seen_from_as_far_as_asked_for() {
+        // Halfway between two `f32`, and so many units beside it.
+        let tie = (1.5_f64 + f64::from(f32::EPSILON) / 2.0).to_bits();
+        let far = 1_u64 << NEAR;
+        let cases =
+            [(0, true), (far - 1, true), (far + 1, false), (1 << 27, false), (1 << 28, false)];
+        for (_, level) in Level::all() {
+            fearless_simd::dispatch!(level.0, simd => for (units, near) in cases {
+                for bits in [tie + units, tie - units] {
+                    let lanes = Wide::splat(simd, f64::from_bits(bits)).near_tie(simd).bits();
+                    assert_eq!(lanes, if near { u16::MAX } else { 0 }, "{units}");
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn quick_reciprocals_are_as_good_as_said() {
+        for (_, level) in Level::all() {
+            fearless_simd::dispatch!(level.0, simd => for i in 0..1000 {
+                let q = 1.0 + f64::from(i) * 0.003_141_592_653;
+                let r = Wide::splat(simd, q).quick_reciprocal(simd);
+                let off = (r * Wide::splat(simd, q) - Wide::splat(simd, 1.0)).abs();
+                assert_eq!(off.below(Wide::splat(simd, 1.25 / 70_368_744_177_664.0)), u16::MAX);
+            });
+        }
+    }
+}

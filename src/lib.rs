@@ -71,6 +71,7 @@ mod doubt;
 mod patch;
 mod triangle;
 mod span;
+mod prepared;
 mod row;
 pub mod depth;
 pub mod texture;

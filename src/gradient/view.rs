@@ -33,7 +33,7 @@ const LARGEST_EXPONENT: i32 = 900;
 pub(crate) struct View {
     /// Q and the weights, all times det; a slope of Q that cannot be told from 0 is 0.
     plane: Plane,
-    /// The power of two that brings the least Q into 1..2, and Q times that.
+    /// The power of two that brings the least Q into 1..2, negative where Q is; and Q times that.
     unit: f64,
     pub(crate) unit_q: Linear,
     pub(crate) constant: ConstantAlong,
@@ -70,7 +70,7 @@ impl View {
         let good = ATTRIBUTE_ERROR * square * w_high <= TRUSTED * det
             && beyond <= least_q / 2.0
             && w_high <= w_low * FITS;
-        let unit = power_of_two(-exponent_of(least_q).unwrap_or(0));
+        let unit = power_of_two(-exponent_of(least_q).unwrap_or(0)).copysign(plane.det);
         let unit_q = plane.q.scaled(unit);
         let constant = constant_along(plane.q);
         good.then_some(Self { plane, unit, unit_q, constant, square })

@@ -1,0 +1,413 @@
+//! What all blocks of a polygon have in common: prepared once, and for each row once more.
+//!
+//! Quantities that go by blocks (see [`along`](crate::along)), and strict ones by their quick test
+//! (see [`doubt`](crate::doubt)): the same operations on the same numbers as where each block is
+//! looked at by itself, or another way to values that are correctly rounded in either.
+
+use fearless_simd::{Simd, SimdBase, SimdMask, f64x4, mask32x16};
+
+use crate::along::{
+    AHEAD, MIDDLE, Middles, OnRow, always_near, least_for_depth, least_for_numerator, least_for_q,
+    least_for_row, middles_from, off_middle,
+};
+use crate::doubt::{Doubt, LARGEST_Q};
+use crate::gradient::frame::Linear;
+use crate::gradient::{Field, Gradients, Plain, Quantity, Strict};
+use crate::lanes::{Narrow, Wide, WideMask, bits_of, clamp_numbers};
+use crate::shade::BLOCK;
+
+/// Q and the numerators of so many attributes, less one, are prepared; of polygons with more, none
+/// is.
+pub(crate) const FUNCTIONS: usize = 8;
+
+/// Its bits.
+const NEGATIVE_ZERO: u32 = (-0.0_f32).to_bits();
+
+/// What the depth test compares.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tested<S: Simd> {
+    function: Linear,
+    on_row: OnRow,
+    /// For what is strict: Q, and what it must be.
+    q: Linear,
+    q_on_row: OnRow,
+    least_q: f64,
+    kind: Kind<S>,
+    low: Narrow<S>,
+    high: Narrow<S>,
+}
+
+/// How what is tested is found.
+#[derive(Clone, Copy, Debug)]
+enum Kind<S: Simd> {
+    Plain {
+        off_middle: Narrow<S>,
+        /// Where the middle is within these, all lanes are near each other, and none needs to be
+        /// clamped.
+        within: [f64; 2],
+    },
+    /// Each lane by itself: 1/w has to scale with w, down to where `f32` holds no small part of it.
+    Each,
+    /// Times so much; what is less than `least` is undecided.
+    Strict { scale: f64, least: f32 },
+}
+
+impl<S: Simd> Tested<S> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S, gradients: &Gradients, quantity: Quantity) -> Option<Self> {
+        let (function, range, kind) = match gradients.field(quantity)? {
+            Field::Plain(plain) if quantity == Quantity::InvW => {
+                (plain.numerator, plain.range, Kind::Each)
+            }
+            Field::Plain(plain) => {
+                // Room for what rounds.
+                const ROOM: f64 = 1.0 / 1_048_576.0;
+                let function = plain.numerator;
+                let [low, high] = plain.range.map(f64::from);
+                let reach = MIDDLE * function.x.abs() + high * ROOM;
+                let (near, inside) = (least_for_depth(plain), low + reach);
+                let within = [if near > inside { near } else { inside }, high - reach];
+                let off_middle = off_middle(simd, function.x);
+                (function, plain.range, Kind::Plain { off_middle, within })
+            }
+            Field::Strict(strict) if !strict.over_w => {
+                let least = Doubt::of_scaled(strict, gradients.det_relative_error)?.least(0.0);
+                let kind = Kind::Strict { scale: strict.scale, least };
+                (strict.numerator, strict.range, kind)
+            }
+            _ => return None,
+        };
+        let [low, high] = range.map(|end| Narrow::splat(simd, end));
+        let (q, least_q) = match kind {
+            Kind::Strict { .. } => (gradients.unit_q, Doubt::least_q(gradients)?),
+            _ => (Linear::default(), 0.0),
+        };
+        let (on_row, q_on_row) = (OnRow::of(&function, 0.0), OnRow::of(&q, 0.0));
+        Some(Self { function, on_row, q, q_on_row, least_q, kind, low, high })
+    }
+
+    /// Goes to the row `v` from the anchor.
+    #[inline(always)]
+    pub(crate) fn seek(&mut self, v: f64) {
+        self.on_row = OnRow::of(&self.function, v);
+        self.q_on_row = OnRow::of(&self.q, v);
+    }
+
+    /// What is tested in the middles of the block around `middle` and the next ones, and in how many
+    /// of them it can be used.
+    #[inline(always)]
+    pub(crate) fn look_ahead(&self, simd: S, middle: f64) -> (Middles, usize) {
+        let middles = middles_from(simd, middle);
+        let Kind::Plain { within, .. } = self.kind else {
+            let q = self.q_on_row.at_all(simd, middles);
+            let least = self.least_q + MIDDLE * self.q_on_row.step.abs();
+            let good = q.simd_ge(f64x4::splat(simd, least));
+            return (Middles::none(), good.to_bitmask().trailing_ones() as usize);
+        };
+        let values = self.on_row.at_all(simd, middles);
+        let [low, high] = within.map(|end| f64x4::splat(simd, end));
+        let good = values.simd_ge(low) & values.simd_le(high);
+        (Middles::of(values), good.to_bitmask().trailing_ones() as usize)
+    }
+
+    /// For [`Middles::lanes`], if that is all.
+    #[inline(always)]
+    pub(crate) fn off_middle(&self) -> Option<Narrow<S>> {
+        if let Kind::Plain { off_middle, .. } = self.kind { Some(off_middle) } else { None }
+    }
+
+    /// What is tested in block `i` of those, around `middle`; and the lanes that are undecided.
+    #[inline(always)]
+    pub(crate) fn lanes(
+        &self,
+        simd: S,
+        ahead: &Middles,
+        i: usize,
+        middle: f64,
+    ) -> (Narrow<S>, u16) {
+        match self.kind {
+            Kind::Plain { off_middle, .. } => (ahead.lanes(simd, i, off_middle), 0),
+            Kind::Each => {
+                let value = self.on_row.wide(simd, middle).narrow();
+                (clamp_numbers(value, self.low, self.high), 0)
+            }
+            Kind::Strict { scale, least } => {
+                let value = self.on_row.wide(simd, middle) * Wide::splat(simd, scale);
+                let rounded = value.narrow();
+                let decided = rounded.abs().simd_ge(Narrow::splat(simd, least));
+                let undecided = value.near_tie(simd).bits() | !bits_of(simd, decided);
+                (rounded.max(self.low).min(self.high), undecided)
+            }
+        }
+    }
+}
+
+/// How numerators become values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Divided {
+    /// They are values.
+    Not,
+    /// Once for each row, in `f64`.
+    ByRow,
+    ByLane,
+}
+
+/// The attributes of a polygon, if all are plain or constant, and all or none over w.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Prepared<S: Simd> {
+    divided: Divided,
+    /// Q, and the numerators; as coefficients, and on the row.
+    functions: [Linear; FUNCTIONS],
+    starts: [f64; FUNCTIONS],
+    steps: [f64; FUNCTIONS],
+    off_middle: [Narrow<S>; FUNCTIONS],
+    low: [Narrow<S>; FUNCTIONS],
+    high: [Narrow<S>; FUNCTIONS],
+    /// What Q must be in a block's middle.
+    least_q: f64,
+    /// Are all constant? They were filled in.
+    filled: bool,
+    /// What strict attributes have beside; nothing of it is for plain ones.
+    strict: bool,
+    bases: [f64; FUNCTIONS],
+    doubts: [Doubt; FUNCTIONS],
+    /// 1/Q or 1/det, unless it differs from lane to lane.
+    r: f64,
+}
+
+impl<S: Simd> Prepared<S> {
+    #[inline(always)]
+    pub(crate) fn none(simd: S) -> Self {
+        let zeros = [Narrow::splat(simd, 0.0); FUNCTIONS];
+        Self {
+            divided: Divided::Not,
+            functions: [Linear::default(); FUNCTIONS],
+            starts: [0.0; FUNCTIONS],
+            steps: [0.0; FUNCTIONS],
+            off_middle: zeros,
+            low: zeros,
+            high: zeros,
+            least_q: 0.0,
+            filled: false,
+            strict: false,
+            bases: [0.0; FUNCTIONS],
+            doubts: [Doubt::default(); FUNCTIONS],
+            r: 1.0,
+        }
+    }
+
+    /// Prepares the polygon's attributes, if they can be.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, simd: S, gradients: &Gradients) -> bool {
+        let (fields, q) = (&gradients.attributes, &gradients.unit_q);
+        if fields.len() >= FUNCTIONS {
+            return false;
+        }
+        let over_w = |field: &Field| match field {
+            Field::Plain(plain) => plain.over_w,
+            Field::Strict(strict) => strict.over_w,
+            _ => false,
+        };
+        let over_w = fields.iter().any(over_w);
+        self.filled = fields.iter().all(|field| matches!(field, Field::Constant(_)));
+        self.strict = fields.iter().any(|field| matches!(field, Field::Strict(_)));
+        self.divided = match (over_w, q.x == 0.0) {
+            (false, _) => Divided::Not,
+            (true, true) => Divided::ByRow,
+            (true, false) => Divided::ByLane,
+        };
+        self.least_q = match (self.strict, self.divided) {
+            (false, Divided::Not) => f64::NEG_INFINITY,
+            (false, _) => least_for_q(q.x),
+            (true, _) => match Doubt::least_q(gradients) {
+                Some(least) => least,
+                None => return false,
+            },
+        };
+        self.set_function(simd, 0, *q, [0.0; 2]);
+        for (i, field) in (1..).zip(fields) {
+            let set = match field {
+                Field::Plain(plain) if plain.over_w == over_w && !self.strict => {
+                    self.set_plain(simd, i, plain, q.x)
+                }
+                Field::Strict(strict) if strict.over_w == over_w => {
+                    self.set_strict(simd, i, strict, gradients)
+                }
+                // It is clamped to its value.
+                Field::Constant(value) if !value.is_nan() && value.to_bits() != NEGATIVE_ZERO => {
+                    (self.bases[i], self.doubts[i]) = (0.0, Doubt::default());
+                    self.set_function(simd, i, Linear::default(), [*value; 2]);
+                    true
+                }
+                _ => false,
+            };
+            if !set {
+                return false;
+            }
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn set_plain(&mut self, simd: S, i: usize, plain: &Plain, q_step: f64) -> bool {
+        self.set_function(simd, i, plain.numerator, plain.range);
+        let least_q = match self.divided {
+            Divided::Not if always_near(plain) => f64::NEG_INFINITY,
+            Divided::Not => return false,
+            Divided::ByRow => least_for_row(plain),
+            Divided::ByLane => least_for_numerator(plain, q_step),
+        };
+        self.least_q = if least_q > self.least_q { least_q } else { self.least_q };
+        true
+    }
+
+    #[inline(always)]
+    fn set_strict(&mut self, simd: S, i: usize, strict: &Strict, gradients: &Gradients) -> bool {
+        let doubt = if strict.over_w {
+            Some(Doubt::of_quotient(strict, gradients))
+        } else {
+            self.r = strict.scale;
+            Doubt::of_scaled(strict, gradients.det_relative_error)
+        };
+        let Some(doubt) = doubt else { return false };
+        let scale = if strict.over_w { gradients.unit } else { 1.0 };
+        self.set_function(simd, i, strict.numerator.scaled(scale), strict.range);
+        (self.bases[i], self.doubts[i]) = (strict.base, doubt);
+        true
+    }
+
+    #[inline(always)]
+    fn set_function(&mut self, simd: S, i: usize, function: Linear, [low, high]: [f32; 2]) {
+        self.functions[i] = function;
+        self.steps[i] = function.x;
+        if self.divided != Divided::ByRow && !self.strict {
+            self.off_middle[i] = off_middle(simd, function.x);
+        }
+        (self.low[i], self.high[i]) = (Narrow::splat(simd, low), Narrow::splat(simd, high));
+    }
+
+    /// Goes to the row `v` from the anchor, with `count` attributes. Says whether the row is good.
+    #[inline(always)]
+    pub(crate) fn seek(&mut self, simd: S, count: usize, v: f64) -> bool {
+        if self.filled {
+            return true;
+        }
+        for i in 0..=count {
+            self.starts[i] = self.functions[i].row(v);
+        }
+        if self.divided == Divided::ByRow {
+            let q = self.starts[0];
+            if q < self.least_q {
+                return false;
+            }
+            let r = 1.0 / q;
+            if self.strict {
+                self.r = r;
+                return true;
+            }
+            for i in 1..=count {
+                let on_row = OnRow::of(&self.functions[i], v).times(r);
+                (self.starts[i], self.steps[i]) = (on_row.start, on_row.step);
+                self.off_middle[i] = off_middle(simd, on_row.step);
+            }
+        }
+        true
+    }
+
+    /// The values of `count` attributes in the block around `middle` and the next ones: those of
+    /// which any lane is set in `masks`. Returns how many are good. `lanes`: `count` for each.
+    /// `undecided`: lanes whose values have yet to be found.
+    #[inline(always)]
+    pub(crate) fn find_some(
+        &self,
+        simd: S,
+        count: usize,
+        middle: f64,
+        masks: &[u16],
+        lanes: &mut [[f32; BLOCK]],
+        undecided: &mut [u16; AHEAD],
+    ) -> usize {
+        if self.filled {
+            return AHEAD;
+        }
+        if self.strict {
+            return self.find_strict(simd, count, middle, masks, lanes, undecided);
+        }
+        let middles = middles_from(simd, middle);
+        let values = |i: usize| self.on_row(i).at_all(simd, middles);
+        let q = values(0);
+        let good = q.simd_ge(f64x4::splat(simd, self.least_q));
+        let mut ahead = [Middles::none(); FUNCTIONS];
+        ahead[0] = Middles::of(q);
+        for (i, ahead) in ahead.iter_mut().enumerate().skip(1).take(count) {
+            *ahead = Middles::of(values(i));
+        }
+        for ((block, mask), lanes) in masks.iter().enumerate().zip(lanes.chunks_exact_mut(count)) {
+            if *mask == 0 {
+                continue;
+            }
+            let at = |i: usize| ahead[i].lanes(simd, block, self.off_middle[i]);
+            let one = Narrow::splat(simd, 1.0);
+            let r = if self.divided == Divided::ByLane { one / at(0) } else { one };
+            for (i, lanes) in (1..FUNCTIONS).zip(lanes).take(count) {
+                clamp_numbers(at(i) * r, self.low[i], self.high[i]).store_array(lanes);
+            }
+        }
+        good.to_bitmask().trailing_ones() as usize
+    }
+
+    /// The same of strict attributes.
+    #[inline(always)]
+    fn find_strict(
+        &self,
+        simd: S,
+        count: usize,
+        middle: f64,
+        masks: &[u16],
+        lanes: &mut [[f32; BLOCK]],
+        undecided: &mut [u16; AHEAD],
+    ) -> usize {
+        // The least Q of each block, where it is 1/w times something positive.
+        let q = self.on_row(0).at_all(simd, middles_from(simd, middle));
+        let least = q - f64x4::splat(simd, MIDDLE * self.steps[0].abs());
+        let good = least.simd_ge(f64x4::splat(simd, self.least_q))
+            & q.simd_lt(f64x4::splat(simd, LARGEST_Q));
+        let mut greatest_r = [0.0; AHEAD];
+        (f64x4::splat(simd, 1.0) / least).store_array(&mut greatest_r);
+        for ((block, mask), lanes) in masks.iter().enumerate().zip(lanes.chunks_exact_mut(count)) {
+            if *mask == 0 {
+                continue;
+            }
+            let middle = middle + (block * BLOCK) as f64;
+            let r = if self.divided == Divided::ByLane {
+                self.on_row(0).wide(simd, middle).quick_reciprocal(simd)
+            } else {
+                Wide::splat(simd, self.r)
+            };
+            let mut near_tie = WideMask::none(simd);
+            let mut large = mask32x16::splat(simd, true);
+            for (i, lanes) in (1..FUNCTIONS).zip(lanes).take(count) {
+                let d = self.on_row(i).wide(simd, middle);
+                let value = d * r + Wide::splat(simd, self.bases[i]);
+                near_tie = near_tie | value.near_tie(simd);
+                let rounded = value.narrow();
+                let least = self.doubts[i].least(greatest_r[block % AHEAD]);
+                large &= rounded.abs().simd_ge(Narrow::splat(simd, least));
+                rounded.max(self.low[i]).min(self.high[i]).store_array(lanes);
+            }
+            undecided[block % AHEAD] = near_tie.bits() | !bits_of(simd, large);
+        }
+        good.to_bitmask().trailing_ones() as usize
+    }
+
+    #[inline(always)]
+    fn on_row(&self, i: usize) -> OnRow {
+        OnRow { start: self.starts[i], step: self.steps[i] }
+    }
+
+    /// How far the values of one block are from those of the one before.
+    #[inline(always)]
+    pub(crate) fn stride(&self, count: usize) -> usize {
+        if self.filled { 0 } else { count }
+    }
+}
