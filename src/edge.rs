@@ -122,8 +122,13 @@ fn divide_down(n: i64, d: i64) -> (i64, i64) {
 pub struct Outline {
     edges: Vec<Edge>,
     active: Vec<Crossing>,
-    /// Is the boundary one way down and one way up, so that every row has two crossings?
-    two_chains: bool,
+    /// Half-open.
+    rows: [i32; 2],
+    /// Where the boundary turns from one way to the other.
+    turns: usize,
+    /// The first edge down after one up, and the number of those down.
+    first_down: usize,
+    downs: usize,
 }
 
 impl Outline {
@@ -131,36 +136,39 @@ impl Outline {
     #[inline(always)]
     pub fn set(&mut self, vertices: &[ScreenVertex]) -> &mut Self {
         self.edges.clear();
-        let Some(mut before) = vertices.len().checked_sub(1) else { return self };
+        (self.rows, self.turns, self.first_down, self.downs) = ([i32::MAX, i32::MIN], 0, 0, 0);
+        let Some(last) = vertices.last() else { return self };
+        self.edges.reserve(vertices.len());
+        let (mut before, mut from) = (vertices.len() - 1, last.snapped);
+        let mut down_before = false;
         for (i, to) in vertices.iter().enumerate() {
-            let edge = Edge::between([before, i], vertices[before].snapped, to.snapped);
-            if let Some(edge) = edge {
+            if let Some(edge) = Edge::between([before, i], from, to.snapped) {
+                self.rows = [self.rows[0].min(edge.rows[0]), self.rows[1].max(edge.rows[1])];
+                let turned = edge.down != down_before;
+                self.turns += usize::from(turned && !self.edges.is_empty());
+                if edge.down {
+                    self.first_down = if turned { self.edges.len() } else { self.first_down };
+                    self.downs += 1;
+                }
+                down_before = edge.down;
                 self.edges.push(edge);
             }
-            before = i;
+            (before, from) = (i, to.snapped);
         }
-        let mut turns = 0;
-        if let Some(last) = self.edges.last() {
-            let mut down = last.down;
-            for edge in &self.edges {
-                turns += usize::from(edge.down != down);
-                down = edge.down;
-            }
+        // From the last edge to the first.
+        if let Some(first) = self.edges.first()
+            && first.down != down_before
+        {
+            self.turns += 1;
+            self.first_down = if first.down { 0 } else { self.first_down };
         }
-        self.two_chains = turns == 2;
         self
     }
 
     /// The rows that have crossings: half-open, empty if there are none.
     #[inline(always)]
     pub fn rows(&self) -> Range<i32> {
-        let Some(first) = self.edges.first() else { return 0..0 };
-        let [mut start, mut end] = first.rows;
-        for edge in &self.edges[1..] {
-            start = start.min(edge.rows[0]);
-            end = end.max(edge.rows[1]);
-        }
-        start..end
+        if self.edges.is_empty() { 0..0 } else { self.rows[0]..self.rows[1] }
     }
 
     /// Is any pixel centre covered, in the reach of the grid?
@@ -179,7 +187,8 @@ impl Outline {
         if rows.is_empty() {
             return;
         }
-        if self.two_chains {
+        // One way down and one up: every row has two crossings.
+        if self.turns == 2 {
             self.convex_spans(rows, &mut emit);
         } else {
             self.winding_spans(rows, &mut emit);
@@ -190,7 +199,12 @@ impl Outline {
     #[inline(always)]
     fn convex_spans(&self, rows: Range<i32>, emit: &mut impl FnMut(Span)) {
         let mut row = rows.start;
-        let (mut downs, mut ups) = (Chain::new(&self.edges, true), Chain::new(&self.edges, false));
+        let n = self.edges.len();
+        // From the top: down edges in the order of the boundary, up edges against it.
+        let last_up = if self.first_down > 0 { self.first_down - 1 } else { n - 1 };
+        let edges = self.edges.as_slice();
+        let mut downs = Chain { edges, next: self.first_down, left: self.downs, forward: true };
+        let mut ups = Chain { edges, next: last_up, left: n - self.downs, forward: false };
         let (Some(mut one), Some(mut two)) = (downs.crossing_at(row), ups.crossing_at(row)) else {
             return;
         };
@@ -265,27 +279,7 @@ struct Chain<'a> {
     forward: bool,
 }
 
-impl<'a> Chain<'a> {
-    /// The edges that go `down`, or else up, of an outline with one chain of each.
-    #[inline(always)]
-    fn new(edges: &'a [Edge], down: bool) -> Self {
-        let n = edges.len();
-        // From the top: down edges in the order of the boundary, up edges against it.
-        let (mut next, mut left) = (0, 0);
-        let mut before = if down { n - 1 } else { 1 % n };
-        for i in 0..n {
-            let i = if down { i } else { (n - i) % n };
-            if edges[i].down == down {
-                left += 1;
-                if edges[before].down != down {
-                    next = i;
-                }
-            }
-            before = i;
-        }
-        Self { edges, next, left, forward: down }
-    }
-
+impl Chain<'_> {
     /// The crossing with `row` of the first edge from here on that reaches below it.
     #[inline(always)]
     fn crossing_at(&mut self, row: i32) -> Option<Crossing> {

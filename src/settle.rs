@@ -82,7 +82,7 @@ impl<'a> Walked<'a> {
     /// Sets the attributes up, and fills in those that are constant.
     #[inline(never)]
     pub(crate) fn set_attributes(&mut self, level: Level, lanes: &mut Vec<[f32; BLOCK]>) {
-        dispatch!(level, _simd => self.gradients.set_attributes(self.subject));
+        dispatch!(level, simd => self.gradients.set_attributes(simd, self.subject));
         lanes.resize(self.gradients.attributes.len(), [0.0; BLOCK]);
         for (lanes, field) in lanes.iter_mut().zip(&self.gradients.attributes) {
             if let Field::Constant(value) = field {

@@ -274,7 +274,9 @@ fn coverage_of_a_fan_is_that_of_its_outline() {
                 count(&mut counts, &view, &part, if same_side { 1 } else { -1 });
             }
             for &pixel in &covered(view.viewport.grid(), &whole, view.visible()) {
-                prop_assert_eq!(counts.remove(&pixel), Some(1), "{:?}", pixel);
+                // Less than none where snapping turned the outline itself over.
+                let count = counts.remove(&pixel);
+                prop_assert!(matches!(count, Some(1 | -1)), "{:?} at {:?}", count, pixel);
             }
             let outside = counts.iter().find(|(_, c)| **c != 0);
             prop_assert_eq!(outside, None, "drawn outside");

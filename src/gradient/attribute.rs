@@ -1,10 +1,14 @@
 //! Set-up of the attributes: for each, how it runs over the polygon, and from what.
 
+use fearless_simd::Simd;
+
+use super::fine::FineFrame;
 use super::frame::{Bounded, Frame, U, nearby};
-use super::triple::{self, AffineFrame};
+use super::triple::{self, FLATNESS, Places};
+use super::twofold::Twofold;
+use super::value::{exact_values, fine_values};
 use super::{
-    ConstantAlong, Field, Gradients, Strict, Subject, TRUSTED, WORTH_EXACT_SETUP, exact_values,
-    fits,
+    ConstantAlong, Field, Gradients, Source, Strict, Subject, TRUSTED, WORTH_FINE_SETUP, fits,
 };
 use crate::across::Carried;
 use crate::exact::Dyadic;
@@ -13,7 +17,7 @@ use crate::varying::{CANONICAL_NAN, Interpolation};
 impl Gradients {
     /// Sets up the attributes.
     #[inline(always)]
-    pub(crate) fn set_attributes(&mut self, subject: &Subject<'_>) {
+    pub(crate) fn set_attributes<S: Simd>(&mut self, simd: S, subject: &Subject<'_>) {
         self.has_attributes = true;
         subject.attributes.gather(subject.wanted.attributes, &mut self.values);
         self.attributes.clear();
@@ -28,7 +32,7 @@ impl Gradients {
                 Ok(value) => Field::Constant(value),
                 Err(range) => match self.carried_across(subject, k, range) {
                     Some(carried) => Field::Across(carried, range),
-                    None => self.attribute_field(subject, k, range),
+                    None => self.attribute_field(simd, subject, k, range),
                 },
             };
             self.attributes.push(field);
@@ -58,7 +62,13 @@ impl Gradients {
 
     /// Attribute `k`, which is affine and not constant.
     #[inline(always)]
-    fn attribute_field(&mut self, subject: &Subject<'_>, k: usize, range: [f32; 2]) -> Field {
+    fn attribute_field<S: Simd>(
+        &mut self,
+        simd: S,
+        subject: &Subject<'_>,
+        k: usize,
+        range: [f32; 2],
+    ) -> Field {
         let over_w = subject.interpolation_of(k) == Interpolation::Perspective;
         let values = self.triple_values(k, subject);
         let size = f64::from(range[0].abs().max(range[1].abs()));
@@ -66,7 +76,7 @@ impl Gradients {
         if self.view.is_some() && may_be_plain {
             return self.attribute_in_view(values, over_w, range);
         }
-        if !self.exact_plane {
+        if self.source == Source::Double {
             let bounded;
             let frame = if self.view.is_some() {
                 bounded = Frame::new(&self.anchor, self.corners, self.reach);
@@ -84,29 +94,57 @@ impl Gradients {
                     return field;
                 }
             } else {
-                let limit = if subject.wanted.exact { WORTH_EXACT_SETUP } else { TRUSTED };
+                let limit = if subject.wanted.exact { WORTH_FINE_SETUP } else { TRUSTED };
                 let strict = self.strict_attribute(combined(0.0), values[0], over_w, range);
                 if strict.error <= limit * size * if over_w { self.least_q } else { 1.0 } {
                     return Field::Strict(strict);
                 }
             }
         }
-        Self::exact_frame(&mut self.exact, &self.anchor, self.corners);
-        let combine = |terms: &[Dyadic; 3]| {
-            let combined = self.exact.as_deref().map(|frame| frame.combine(terms));
-            nearby(&combined.unwrap_or_default(), self.reach)
-        };
-        let [base, b, c] = exact_values(&self.corners, values, over_w);
-        let zero = Dyadic::default();
-        if may_be_plain {
-            let base = if over_w { base } else { zero.clone() };
-            let combined = combine(&[base, b.clone(), c.clone()]);
-            if let Some(field) = self.plain_attribute(combined, values[0], over_w, range, size) {
-                return field;
+        // N, or D if there is no division by Q, and what else it may be found from.
+        let whole = self.combine_finely(simd, values, over_w, over_w);
+        if may_be_plain
+            && let Some(field) = self.plain_attribute(whole, values[0], over_w, range, size)
+        {
+            return field;
+        }
+        if !over_w {
+            return Field::Strict(self.strict_attribute(whole, values[0], over_w, range));
+        }
+        // N where that is small, as that of an attribute is which vanishes where Q is large: else
+        // D, whose error goes by the attribute's range.
+        let part = self.combine_finely(simd, values, over_w, false);
+        let base = part.error + U * values[0].abs() * self.least_q;
+        let (combined, base) = if whole.error <= base { (whole, 0.0) } else { (part, values[0]) };
+        Field::Strict(self.strict_attribute(combined, base, over_w, range))
+    }
+
+    /// D of an attribute with these `values` at the triple, or N = base Q + D, nearly as good as
+    /// exact arithmetic makes it.
+    #[inline(always)]
+    fn combine_finely<S: Simd>(
+        &mut self,
+        simd: S,
+        values: [f64; 3],
+        over_w: bool,
+        with_base: bool,
+    ) -> Bounded {
+        let (anchor, corners, reach) = (&self.anchor, self.corners, self.reach);
+        if self.source != Source::Exact {
+            let make = || FineFrame::new(simd, anchor, corners, reach);
+            let mut terms = fine_values(&corners, values, over_w);
+            if !with_base {
+                terms[0] = Twofold::default();
+            }
+            if let Some(combined) = self.fine.get_or_insert_with(make).combine(simd, &terms) {
+                return combined;
             }
         }
-        let combined = combine(&[zero, b, c]);
-        Field::Strict(self.strict_attribute(combined, values[0], over_w, range))
+        let mut terms = exact_values(&corners, values, over_w);
+        if !with_base {
+            terms[0] = Dyadic::default();
+        }
+        nearby(&Self::exact_frame(&mut self.exact, anchor, corners).combine(&terms), reach)
     }
 
     /// The differences of b's and c's values to a's, times w if not over w.
@@ -168,26 +206,31 @@ impl Gradients {
 
     /// How attribute `k`, which is not constant, runs if it is not affine.
     #[inline(always)]
-    fn carried_across(&self, subject: &Subject<'_>, k: usize, range: [f32; 2]) -> Option<Carried> {
+    fn carried_across(
+        &mut self,
+        subject: &Subject<'_>,
+        k: usize,
+        range: [f32; 2],
+    ) -> Option<Carried> {
         let positions = subject.positions;
         let perspective = subject.interpolation_of(k) == Interpolation::Perspective;
         let Some(shape) = self.shape else {
             let affine = perspective || positions.iter().all(|p| p[3] > 0.0);
             return (!affine).then_some(Carried::Linear(k));
         };
+        let tolerance = FLATNESS * (f64::from(range[1]) - f64::from(range[0]));
+        if !(perspective || self.has_framebuffer_places) && shape.in_front {
+            self.framebuffer_places.set(positions, self.triple, triple::divided);
+            self.has_framebuffer_places = true;
+        }
         let values = self.values_of(k, subject);
-        let value = |i: usize| f64::from(values[i]);
-        let range = f64::from(range[1]) - f64::from(range[0]);
-        let is_affine = |plane: AffineFrame, point: fn([f64; 4]) -> [f64; 3]| {
-            plane.is_affine(positions.len(), range, |i| point(positions[i]), value)
-        };
+        let affine =
+            |places: &Places| places.are_affine(tolerance * tolerance, |i| f64::from(values[i]));
         if perspective {
-            let affine =
-                shape.flat && shape.plane.is_none_or(|plane| is_affine(plane, triple::projective));
+            let affine = shape.flat && affine(&self.places);
             (!affine).then_some(Carried::Perspective(k))
         } else {
-            let affine = shape.in_front
-                && shape.framebuffer.is_none_or(|plane| is_affine(plane, triple::divided));
+            let affine = shape.in_front && affine(&self.framebuffer_places);
             (!affine).then_some(Carried::Linear(k))
         }
     }
@@ -224,6 +267,8 @@ fn constant_attribute(values: &[f32], is_flat: bool) -> Result<f32, [f32; 2]> {
 mod tests {
     use alloc::format;
 
+    use fearless_simd::{Level, dispatch};
+
     use super::*;
     use crate::gradient::{AttributesOf, Quantity, Wanted};
     use crate::polygon::Vertex;
@@ -254,11 +299,12 @@ mod tests {
             };
             let set_up = |settled: bool| {
                 let mut gradients = Gradients::default();
-                gradients.set(&subject);
+                let level = Level::baseline();
+                dispatch!(level, simd => gradients.set(simd, &subject));
                 if settled {
                     assert!(gradients.exact_value(&subject, Quantity::Depth, [3, 5]).is_some());
                 }
-                gradients.set_attributes(&subject);
+                dispatch!(level, simd => gradients.set_attributes(simd, &subject));
                 format!("{:?}", gradients.attributes)
             };
             assert_eq!(set_up(true), set_up(false), "in view: {in_view}");

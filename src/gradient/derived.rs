@@ -1,22 +1,32 @@
 //! Set-up of what follows from the plane alone: depth, 1/w and w.
 
+use fearless_simd::Simd;
+
+use super::fine::Terms;
 use super::frame::{Linear, U, nearby};
-use super::{Field, Gradients, Plain, Strict, Subject, WITHIN_ULP, nearest_f32};
+use super::twofold::Twofold;
+use super::{Field, Gradients, Plain, Source, Strict, Subject, WITHIN_ULP, nearest_f32};
 use crate::across::Carried;
 use crate::exact::Dyadic;
 use crate::fixed::power_of_two;
 use crate::space::DepthRange;
 
 impl Gradients {
-    /// Depth, 1/w and w.
+    /// Depth, 1/w and w; `depth_of` finds depth over a flat polygon from z at the triple.
     #[inline(always)]
-    pub(super) fn set_derived(&mut self, subject: &Subject<'_>) {
+    pub(super) fn set_derived(
+        &mut self,
+        subject: &Subject<'_>,
+        depth_of: impl FnOnce(&mut Self, [f64; 3]) -> Field,
+    ) {
         let wanted = subject.wanted;
         let flat = self.shape.is_none_or(|shape| shape.flat);
         (self.depth, self.inv_w, self.w) = (None, None, None);
         if wanted.depth {
             self.depth = Some(if flat {
-                self.depth_field(subject)
+                let z = |i: usize| subject.depth_numerator(self.corners[i]);
+                let z = [z(0), z(1), z(2)];
+                if z == [0.0; 3] { Field::Constant(0.0) } else { depth_of(self, z) }
             } else {
                 Field::Across(Carried::Depth(subject.viewport.depth_range()), [0.0, 1.0])
             });
@@ -64,24 +74,26 @@ impl Gradients {
         }
     }
 
-    /// Depth over a flat polygon.
+    /// Depth over a flat polygon that is not in view, from `z` at the triple.
     #[inline(always)]
-    fn depth_field(&self, subject: &Subject<'_>) -> Field {
-        let z = |i: usize| subject.depth_numerator(self.corners[i]);
-        let z = [z(0), z(1), z(2)];
-        if z == [0.0; 3] {
-            return Field::Constant(0.0);
-        }
-        if let Some(view) = &self.view {
-            return Self::depth_in_view(view, z);
-        }
-        let bounded = match self.exact.as_deref() {
-            None => {
-                let size = z[0].abs().max(z[1].abs()).max(z[2].abs());
-                // The sum and the difference, each rounded.
-                self.frame.combine([z[0], z[1] - z[0], z[2] - z[0]], 4.0 * U * size)
-            }
-            Some(frame) => nearby(&frame.combine(&self.exact_depths(subject)), self.reach),
+    pub(super) fn depth_field<S: Simd>(
+        &mut self,
+        simd: S,
+        subject: &Subject<'_>,
+        z: [f64; 3],
+    ) -> Field {
+        let bounded = if self.source == Source::Double {
+            let size = z[0].abs().max(z[1].abs()).max(z[2].abs());
+            // The sum and the difference, each rounded.
+            self.frame.combine([z[0], z[1] - z[0], z[2] - z[0]], 4.0 * U * size)
+        } else {
+            let terms = self.fine_depths(subject);
+            let fine = self.fine.as_ref().filter(|_| self.source == Source::Fine);
+            fine.and_then(|frame| frame.combine(simd, &terms)).unwrap_or_else(|| {
+                let terms = self.exact_depths(subject);
+                let frame = Self::exact_frame(&mut self.exact, &self.anchor, self.corners);
+                nearby(&frame.combine(&terms), self.reach)
+            })
         };
         let scale = 1.0 / self.det;
         let range = [0.0, 1.0];
@@ -105,6 +117,17 @@ impl Gradients {
             doubtful_below: plain.error * WITHIN_ULP,
             range,
         })
+    }
+
+    /// base, b and c of a [`fine::FineFrame::combine`](super::fine::FineFrame::combine) for depth.
+    #[inline(always)]
+    pub(super) fn fine_depths(&self, subject: &Subject<'_>) -> Terms {
+        let [a, b, c] = self.corners.map(|[_, _, z, w]| match subject.viewport.depth_range() {
+            DepthRange::ZeroToOne => Twofold::from_f64(z),
+            // z + w, without error.
+            DepthRange::MinusOneToOne => Twofold::difference(z, -w).times_number(0.5),
+        });
+        [a, b.add(a.negated()), c.add(a.negated())]
     }
 
     /// base, b and c of a [`frame::ExactFrame::combine`] for depth.

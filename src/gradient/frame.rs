@@ -41,10 +41,10 @@ const COMBINATION_ERROR: f64 = 6.0 * U;
 
 /// The value at a pixel from its coefficients: two products and two sums, by the magnitude of
 /// all three terms. The same covers coefficients that are rounded once from exact ones.
-const EVALUATION_ERROR: f64 = 6.0 * U;
+pub(super) const EVALUATION_ERROR: f64 = 6.0 * U;
 
 /// Room for what a bound of first order leaves out.
-const SECOND_ORDER: f64 = 1.001;
+pub(super) const SECOND_ORDER: f64 = 1.001;
 
 /// Below this, underflow might hide an error.
 const TINY: f64 = 1e-270;
@@ -73,7 +73,7 @@ impl Linear {
 
     /// The sum of the terms' greatest magnitudes within `reach`.
     #[inline(always)]
-    fn size(&self, reach: Reach) -> f64 {
+    pub(super) fn size(&self, reach: Reach) -> f64 {
         self.x.abs() * reach.u + self.y.abs() * reach.v + self.c.abs()
     }
 }
@@ -105,7 +105,7 @@ pub(crate) struct Reach {
 impl Reach {
     /// The greatest value of a linear function with coefficients of these magnitudes.
     #[inline(always)]
-    fn total(self, [x, y, c]: [f64; 3]) -> f64 {
+    pub(super) fn total(self, [x, y, c]: [f64; 3]) -> f64 {
         x * self.u + y * self.v + c
     }
 }
@@ -115,9 +115,9 @@ impl Reach {
 pub(crate) struct Anchor {
     /// The framebuffer column and row.
     pub(crate) pixel: [i32; 2],
-    half: [f64; 2],
+    pub(super) half: [f64; 2],
     /// From the anchor's centre to the viewport's, in pixels: exact.
-    offset: [f64; 2],
+    pub(super) offset: [f64; 2],
 }
 
 impl Anchor {

@@ -3,35 +3,39 @@
 //! Over a flat polygon every attribute is s = s_a + D/Q with D and Q = det/w linear in the
 //! framebuffer; depth and 1/w are linear themselves. They come from the unsnapped vertices as
 //! given, before clipping, so that they are as good at w < 0 as anywhere. Here they are found in
-//! `f64` with a bound of their error, or exactly where the bound asks for it. What is constant is
-//! found out and costs nothing later; attributes are set up when the first pixel asks for them.
+//! `f64` with a bound of their error; in pairs of `f64`s where the bound asks for it; and exactly
+//! where even those cannot tell. What is constant is found out and costs nothing later; attributes are set up when the first pixel asks for them.
 //!
 //! Nothing here depends on a crop or on where the list of vertices begins.
 
 pub(crate) mod frame;
+mod fine;
 pub(crate) mod triple;
 mod twofold;
 mod attribute;
 mod derived;
+mod value;
 pub(crate) mod view;
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::cmp::Ordering;
 
+use fearless_simd::Simd;
+
 use crate::across::Carried;
 use crate::divide::ScreenVertex;
-use crate::exact::{Dyadic, round_quotient};
 use crate::fixed::{exponent_of, power_of_two};
 use crate::polygon::Polygon;
 use crate::space::Viewport;
 use crate::varying::Interpolation;
 
-use triple::AffineFrame;
+use triple::Places;
 
 use view::View;
 
-use frame::{Anchor, Bounded, ExactFrame, Frame, Linear, Reach, U, exact_at, nearby};
+use fine::FineFrame;
+use frame::{Anchor, Bounded, ExactFrame, Frame, Linear, Reach, U, nearby};
 
 /// How a quantity runs over the polygon.
 #[derive(Clone, Copy, Debug)]
@@ -130,9 +134,7 @@ impl<V: Polygon + ?Sized> Attributes for AttributesOf<'_, V> {
         let n = self.0.len();
         out.reserve(n * count);
         for k in 0..count {
-            for i in 0..n {
-                out.push(self.0.attribute(i, k));
-            }
+            out.extend((0..n).map(|i| self.0.attribute(i, k)));
         }
     }
 }
@@ -181,14 +183,23 @@ impl Subject<'_> {
     }
 }
 
-/// What the tests of flatness found.
+/// From what a polygon is set up: the first that is good enough.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Source {
+    /// [`Frame`], in `f64`.
+    #[default]
+    Double,
+    /// [`FineFrame`], in pairs of them.
+    Fine,
+    /// [`ExactFrame`].
+    Exact,
+}
+
+/// What the tests of flatness found of a polygon of more than three vertices.
 #[derive(Clone, Copy, Debug)]
 struct Shape {
-    /// The plane of (x, y, w), and that of the framebuffer where all w > 0; nothing for a
-    /// triangle's, over which everything is affine.
-    plane: Option<AffineFrame>,
-    framebuffer: Option<AffineFrame>,
     flat: bool,
+    /// Are all w > 0?
     in_front: bool,
 }
 
@@ -203,12 +214,17 @@ pub(crate) struct Gradients {
     /// A small triangle's, if one bound is good enough for all: then nothing of `frame` but the
     /// plane was found.
     view: Option<View>,
-    /// Made when first needed: its being there says nothing about the polygon, since which pixels
-    /// need it depends on the crop.
+    /// Made when first needed: their being there says nothing about the polygon, since which pixels
+    /// need them depends on the crop.
+    fine: Option<FineFrame>,
     exact: Option<Box<ExactFrame>>,
-    /// Was the plane too bad for `f64`? Then all is set up from the exact one.
-    exact_plane: bool,
+    /// What the plane was taken from.
+    source: Source,
     shape: Option<Shape>,
+    /// In the plane of (x, y, w); and in the framebuffer, if that has been asked for.
+    places: Places,
+    framebuffer_places: Places,
+    has_framebuffer_places: bool,
     /// Q = det/w, its error, and the sign it has where 1/w > 0; 0 if that is not known, or the
     /// polygon is edge-on.
     pub(crate) q: Linear,
@@ -245,9 +261,9 @@ pub(crate) struct Gradients {
 /// "Fast".
 const TRUSTED: f64 = 1.0 / 134_217_728.0;
 
-/// The error above which, even if each value is looked at, an exact set-up is cheaper than what
+/// The error above which, even if each value is looked at, a set-up in pairs is cheaper than what
 /// it saves: one value in 4096 would be undecided.
-const WORTH_EXACT_SETUP: f64 = 1.0 / 137_438_953_472.0;
+const WORTH_FINE_SETUP: f64 = 1.0 / 137_438_953_472.0;
 
 /// The largest ratio of w, and the largest magnitude of an attribute (the least is its inverse),
 /// for which Q and N are sure to fit into `f32`.
@@ -259,12 +275,13 @@ const WITHIN_ULP: f64 = 67_108_864.0;
 impl Gradients {
     /// Sets up all but the attributes of `subject`.
     #[inline(always)]
-    pub(crate) fn set(&mut self, subject: &Subject<'_>) {
+    pub(crate) fn set<S: Simd>(&mut self, simd: S, subject: &Subject<'_>) {
         self.triple = triple::choose(subject.positions, subject.attributes);
         let [a, b, c] = self.triple;
         self.corners = [subject.positions[a], subject.positions[b], subject.positions[c]];
-        (self.exact, self.exact_plane) = (None, false);
+        (self.fine, self.exact, self.source) = (None, None, Source::Double);
         self.has_attributes = false;
+        self.has_framebuffer_places = false;
         self.shape = (subject.positions.len() > 3).then(|| self.shape_of(subject.positions));
         let (column, u) = middle(subject.columns);
         let (row, v) = middle(subject.rows);
@@ -280,11 +297,11 @@ impl Gradients {
         self.take_plane(subject, q, plane.det, det_error);
         let error = self.q_error / self.least_q + self.det_relative_error;
         // Also where the bound is no number.
-        let good = error <= if subject.wanted.exact { WORTH_EXACT_SETUP } else { TRUSTED };
+        let good = error <= if subject.wanted.exact { WORTH_FINE_SETUP } else { TRUSTED };
         if !good || self.strict && !subject.wanted.exact {
-            self.take_exact_plane(subject);
+            self.take_finer_plane(simd, subject);
         }
-        self.set_derived(subject);
+        self.set_derived(subject, |gradients, z| gradients.depth_field(simd, subject, z));
     }
 
     /// Q and det, from either frame.
@@ -324,8 +341,21 @@ impl Gradients {
         self.constant = constant_along(q);
     }
 
-    /// The plane without the errors of `f64`, but for a rounding each.
+    /// The plane without the errors of `f64`, but for a rounding of each coefficient.
+    #[inline(always)]
+    fn take_finer_plane<S: Simd>(&mut self, simd: S, subject: &Subject<'_>) {
+        let fine = FineFrame::new(simd, &self.anchor, self.corners, self.reach);
+        if let Some((q, det, det_error)) = fine.plane() {
+            self.take_plane(subject, q, det, det_error);
+            (self.fine, self.source) = (Some(fine), Source::Fine);
+        } else {
+            self.take_exact_plane(subject);
+        }
+    }
+
+    /// The same from exact arithmetic.
     #[cold]
+    #[inline(never)]
     fn take_exact_plane(&mut self, subject: &Subject<'_>) {
         let frame = Box::new(ExactFrame::new(&self.anchor, self.corners));
         let det = frame.det.to_f64_near();
@@ -335,60 +365,15 @@ impl Gradients {
             (self.q_sign, self.det_relative_error, self.strict) = (0.0, f64::NAN, true);
             self.constant = ConstantAlong::Nothing;
         }
-        (self.exact, self.exact_plane) = (Some(frame), true);
+        (self.exact, self.source) = (Some(frame), Source::Exact);
     }
 
-    /// Is a polygon of more than three vertices flat, and what would have to be affine over
-    /// what?
-    fn shape_of(&self, positions: &[[f64; 4]]) -> Shape {
+    /// Is a polygon of more than three vertices flat?
+    #[inline(always)]
+    fn shape_of(&mut self, positions: &[[f64; 4]]) -> Shape {
+        self.places.set(positions, self.triple, triple::projective);
         let in_front = positions.iter().all(|p| p[3] > 0.0);
-        let plane = AffineFrame::new(self.triple, |i| triple::projective(positions[i]));
-        let framebuffer =
-            in_front.then(|| AffineFrame::new(self.triple, |i| triple::divided(positions[i])));
-        Shape { plane: Some(plane), framebuffer, flat: plane.is_flat(positions), in_front }
-    }
-
-    fn exact_frame<'a>(
-        exact: &'a mut Option<Box<ExactFrame>>,
-        anchor: &Anchor,
-        corners: [[f64; 4]; 3],
-    ) -> &'a ExactFrame {
-        exact.get_or_insert_with(|| Box::new(ExactFrame::new(anchor, corners)))
-    }
-
-    /// The correctly rounded value of `quantity` at the pixel `u`, `v` from the anchor; not
-    /// clamped. Nothing where the plane is edge-on or 1/w <= 0.
-    pub(crate) fn exact_value(
-        &mut self,
-        subject: &Subject<'_>,
-        quantity: Quantity,
-        [u, v]: [i32; 2],
-    ) -> Option<f32> {
-        Self::exact_frame(&mut self.exact, &self.anchor, self.corners);
-        let frame = self.exact.as_deref()?;
-        let q = exact_at(&frame.q, u, v);
-        let det_sign = frame.det.sign();
-        if det_sign == Ordering::Equal || q.sign() != det_sign {
-            return None;
-        }
-        let scaled_det = || frame.det.scaled(subject.exponent);
-        Some(match quantity {
-            Quantity::InvW => round_quotient(&q, &scaled_det()),
-            Quantity::W => round_quotient(&scaled_det(), &q),
-            Quantity::Depth => {
-                let z = frame.combine(&self.exact_depths(subject));
-                round_quotient(&exact_at(&z, u, v), &frame.det)
-            }
-            Quantity::Attribute(k) => {
-                let over_w = subject.interpolation_of(k) == Interpolation::Perspective;
-                let values = self.triple_values(k, subject);
-                let [base, b, c] = exact_values(&self.corners, values, over_w);
-                let differences = frame.combine(&[Dyadic::default(), b, c]);
-                let denominator = if over_w { &q } else { &frame.det };
-                let numerator = exact_at(&differences, u, v).add(&base.mul(denominator));
-                round_quotient(&numerator, denominator)
-            }
-        })
+        Shape { flat: self.places.are_flat(positions), in_front }
     }
 
     /// How `quantity` runs, if it was asked for.
@@ -404,7 +389,10 @@ impl Gradients {
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        self.attributes.capacity() * size_of::<Field>() + self.values.capacity() * size_of::<f32>()
+        self.attributes.capacity() * size_of::<Field>()
+            + self.values.capacity() * size_of::<f32>()
+            + self.places.bytes()
+            + self.framebuffer_places.bytes()
     }
 }
 
@@ -430,15 +418,6 @@ fn fits(magnitude: f64) -> bool {
 pub(crate) fn middle([first, last]: [i32; 2]) -> (i32, f64) {
     let middle = first + (last - first) / 2;
     (middle, f64::from((middle - first).max(last - middle)))
-}
-
-/// base, b and c of a [`frame::ExactFrame::combine`] for an attribute over Q, or over det.
-fn exact_values(corners: &[[f64; 4]; 3], values: [f64; 3], over_w: bool) -> [Dyadic; 3] {
-    let [a, b, c] = values.map(Dyadic::from_f64);
-    let weigh = |value: Dyadic, i: usize| {
-        if over_w { value } else { value.mul(&Dyadic::from_f64(corners[i][3])) }
-    };
-    [a.clone(), weigh(b.sub(&a), 1), weigh(c.sub(&a), 2)]
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "rounding to nearest is what is meant")]

@@ -1,14 +1,16 @@
 //! Which three vertices carry the polygon's plane, and whether the others agree.
 
+use alloc::vec::Vec;
 use core::cmp::Ordering;
 
 use super::Attributes;
 use super::twofold::{TWOFOLD_ERROR, Twofold};
 use crate::exact::Dyadic;
+use crate::fixed::{exponent_of, power_of_two};
 
 /// How far a vertex may be from the plane, relative to the polygon's diameter (the diagonal of
 /// its bounding box), or an attribute from the affine function, relative to its range.
-const FLATNESS: f64 = 1.0 / 1024.0;
+pub(crate) const FLATNESS: f64 = 1.0 / 1024.0;
 
 /// The rounding of `f64`.
 const U: f64 = f64::EPSILON / 2.0;
@@ -53,102 +55,223 @@ fn first_of_three([p, q, r]: [f64; 3]) -> Option<usize> {
     }
 }
 
+/// The least vertex.
 fn least(positions: &[[f64; 4]], attributes: &dyn Attributes) -> usize {
-    let less = |i: &usize, j: &usize| compare_vertices(positions, attributes, *i, *j);
-    (0..positions.len()).min_by(less).unwrap_or(0)
+    let mut least = 0;
+    for i in 1..positions.len() {
+        let (x, least_x) = (positions[i][0], positions[least][0]);
+        // Nearly always x tells.
+        if x < least_x || x == least_x && compare_vertices(positions, attributes, i, least).is_lt()
+        {
+            least = i;
+        }
+    }
+    least
 }
 
+#[inline(always)]
 fn choose_of_many(positions: &[[f64; 4]], attributes: &dyn Attributes) -> [usize; 3] {
     let less = |i: &usize, j: &usize| compare_vertices(positions, attributes, *i, *j);
     let a = least(positions, attributes);
     let pa = projective(positions[a]);
-    let b = greatest(&Measure::Cross(pa), positions, &less);
-    let pb = projective(positions[b]);
-    let c = greatest(&Measure::Determinant(pa, pb), positions, &less);
+    let b = greatest(&Cross(pa, magnitude(pa)), positions, [a, a], &less);
+    let c = greatest(&Determinant::new(pa, projective(positions[b])), positions, [a, b], &less);
     [a, b, c]
 }
 
 /// What a vertex p of the triple is chosen for.
-enum Measure {
-    /// |a x p|^2
-    Cross([f64; 3]),
-    /// |det(a, b, p)|
-    Determinant([f64; 3], [f64; 3]),
+trait Measure {
+    /// In `f64`, and a bound of its error.
+    fn nearly(&self, p: [f64; 3]) -> (f64, f64);
+
+    /// The order of two vertices where that is not enough.
+    fn compare(&self, p: [f64; 3], q: [f64; 3]) -> Ordering;
 }
 
-impl Measure {
-    /// In `f64`, and a bound of its error.
+/// |a x p|^2, of a and its magnitude.
+struct Cross([f64; 3], f64);
+
+impl Measure for Cross {
+    #[inline(always)]
     fn nearly(&self, p: [f64; 3]) -> (f64, f64) {
-        match *self {
-            Self::Cross(a) => length_squared(cross(a, p), a, p),
-            Self::Determinant(a, b) => {
-                let normal = cross(a, b);
-                let det = normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2];
-                let normal_bound = 2.0 * U * magnitude(a) * magnitude(b) * 4.0;
-                let bound = (normal_bound + 4.0 * U * magnitude(normal)) * magnitude(p) * 3.0;
-                (det.abs(), bound + TINY)
-            }
-        }
+        let v = cross(self.0, p);
+        // Each component is off by at most 4 u |a| |b|, and is at most 2 |a| |b|.
+        let scale = self.1 * magnitude(p);
+        let square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+        (square, 3.0 * (2.0 * 2.0 * scale * 4.0 * U * scale) + 8.0 * U * square + TINY)
     }
 
-    /// In twice the precision, and a bound of its error.
-    fn nearer(&self, p: [f64; 3]) -> (Twofold, f64) {
-        match *self {
-            Self::Cross(a) => {
-                let v = Twofold::cross(a, p);
-                let scale = magnitude(a) * magnitude(p);
-                (Twofold::dot(v, v), 16.0 * TWOFOLD_ERROR * scale * scale + TINY)
-            }
-            Self::Determinant(a, b) => {
-                let det = Twofold::dot(Twofold::cross(a, b), p.map(Twofold::from_f64));
-                let scale = magnitude(a) * magnitude(b) * magnitude(p);
-                (det.abs(), 16.0 * TWOFOLD_ERROR * scale + TINY)
-            }
-        }
-    }
-
-    fn exactly(&self, p: [f64; 3]) -> Dyadic {
-        let exact = |p: [f64; 3]| p.map(Dyadic::from_f64);
-        match *self {
-            Self::Cross(a) => {
-                let [x, y, w] = exact_cross(&exact(a), &exact(p));
+    #[cold]
+    fn compare(&self, p: [f64; 3], q: [f64; 3]) -> Ordering {
+        let nearer = |p: [f64; 3]| {
+            let (v, scale) = (Twofold::cross(self.0, p), self.1 * magnitude(p));
+            (Twofold::dot(v, v), 16.0 * TWOFOLD_ERROR * scale * scale + TINY)
+        };
+        compare_pairs(nearer(p), nearer(q)).unwrap_or_else(|| {
+            let exactly = |p: [f64; 3]| {
+                let [x, y, w] = exact_cross(&exact(self.0), &exact(p));
                 x.mul(&x).add(&y.mul(&y)).add(&w.mul(&w))
+            };
+            exactly(p).compare(&exactly(q))
+        })
+    }
+}
+
+/// |det(a, b, p)|
+struct Determinant {
+    a: [f64; 3],
+    b: [f64; 3],
+    /// a x b, and by what its product with a vector of magnitude 1 may be off.
+    normal: [f64; 3],
+    error: f64,
+}
+
+impl Determinant {
+    #[inline(always)]
+    fn new(a: [f64; 3], b: [f64; 3]) -> Self {
+        let normal = cross(a, b);
+        let normal_error = 2.0 * U * magnitude(a) * magnitude(b) * 4.0;
+        Self { a, b, normal, error: (normal_error + 8.0 * U * magnitude(normal)) * 3.0 }
+    }
+
+    #[inline(always)]
+    fn times_normal(&self, p: [f64; 3]) -> f64 {
+        self.normal[0] * p[0] + self.normal[1] * p[1] + self.normal[2] * p[2]
+    }
+
+    /// The order where p - q is b - a or a - b but for little, as in a parallelogram: det(a, b, .)
+    /// does not see that part, and of what is left `f64` is good enough.
+    #[inline(always)]
+    fn compare_on_parallels(&self, p: [f64; 3], q: [f64; 3]) -> Option<Ordering> {
+        let (det_p, det_q) = (self.times_normal(p), self.times_normal(q));
+        let same_side = det_p.abs() > self.error * magnitude(p) + TINY
+            && det_q.abs() > self.error * magnitude(q) + TINY
+            && (det_p > 0.0) == (det_q > 0.0);
+        if !same_side {
+            return None;
+        }
+        for [to, from] in [[self.b, self.a], [self.a, self.b]] {
+            let (mut rest, mut size) = ([0.0; 3], 0.0);
+            for k in 0..3 {
+                let along = Twofold::difference(to[k], from[k]);
+                let between = Twofold::difference(p[k], q[k]);
+                // Both are exact, and so is the rest where it is 0.
+                let (high, low) = (between.hi - along.hi, between.lo - along.lo);
+                rest[k] = high + low;
+                size = larger(size, high.abs() + low.abs());
             }
-            Self::Determinant(a, b) => {
-                let [x, y, w] = exact_cross(&exact(a), &exact(b));
-                let p = exact(p);
-                let det = x.mul(&p[0]).add(&y.mul(&p[1])).add(&w.mul(&p[2]));
-                if det.sign() == Ordering::Less { det.neg() } else { det }
+            if size == 0.0 {
+                return Some(Ordering::Equal);
+            }
+            let difference = self.times_normal(rest);
+            if difference.abs() > self.error * size + TINY {
+                return difference
+                    .partial_cmp(&0.0)
+                    .map(|order| if det_p > 0.0 { order } else { order.reverse() });
             }
         }
+        None
+    }
+}
+
+impl Measure for Determinant {
+    #[inline(always)]
+    fn nearly(&self, p: [f64; 3]) -> (f64, f64) {
+        (self.times_normal(p).abs(), self.error * magnitude(p) + TINY)
     }
 
     fn compare(&self, p: [f64; 3], q: [f64; 3]) -> Ordering {
-        let ((mp, ep), (mq, eq)) = (self.nearly(p), self.nearly(q));
-        if (mp - mq).abs() > ep + eq {
-            return mp.total_cmp(&mq);
-        }
-        // Of a parallelogram, two are as far: rounding alone tells them apart.
-        let ((mp, ep), (mq, eq)) = (self.nearer(p), self.nearer(q));
-        let difference = mp.minus(mq);
-        if difference.abs() > 2.0 * (ep + eq) {
-            return difference.total_cmp(&0.0);
-        }
-        self.exactly(p).compare(&self.exactly(q))
+        self.compare_on_parallels(p, q).unwrap_or_else(|| self.compare_any(p, q))
     }
 }
 
-/// The vertex of the greatest `measure`; of several, the least.
+impl Determinant {
+    #[cold]
+    fn compare_any(&self, p: [f64; 3], q: [f64; 3]) -> Ordering {
+        // In exact ties, which only numbers of few bits are likely to make.
+        if let Some([a, b, p, q]) = whole([self.a, self.b, p, q]) {
+            let det = |p: [i64; 3]| {
+                let minor = |i: usize, j: usize| {
+                    i128::from(a[i]) * i128::from(b[j]) - i128::from(a[j]) * i128::from(b[i])
+                };
+                let [x, y, w] = p.map(i128::from);
+                (minor(1, 2) * x + minor(2, 0) * y + minor(0, 1) * w).abs()
+            };
+            return det(p).cmp(&det(q));
+        }
+        let nearer = |p: [f64; 3]| {
+            let det = Twofold::dot(Twofold::cross(self.a, self.b), p.map(Twofold::from_f64));
+            let scale = magnitude(self.a) * magnitude(self.b) * magnitude(p);
+            (det.abs(), 16.0 * TWOFOLD_ERROR * scale + TINY)
+        };
+        compare_pairs(nearer(p), nearer(q)).unwrap_or_else(|| {
+            let exactly = |p: [f64; 3]| {
+                let [x, y, w] = exact_cross(&exact(self.a), &exact(self.b));
+                let p = exact(p);
+                let det = x.mul(&p[0]).add(&y.mul(&p[1])).add(&w.mul(&p[2]));
+                if det.sign() == Ordering::Less { det.neg() } else { det }
+            };
+            exactly(p).compare(&exactly(q))
+        })
+    }
+}
+
+/// The order of two numbers with bounds of their errors, if these tell.
+fn compare_pairs((p, p_error): (Twofold, f64), (q, q_error): (Twofold, f64)) -> Option<Ordering> {
+    let difference = p.minus(q);
+    let certain = difference.abs() > 2.0 * (p_error + q_error);
+    certain.then(|| difference.total_cmp(&0.0))
+}
+
+/// The points times a power of two, if that makes whole numbers of 40 bits: so that the determinant of
+/// three of them fits into 128.
+fn whole(points: [[f64; 3]; 4]) -> Option<[[i64; 3]; 4]> {
+    let largest = points.iter().fold(0.0, |size, p| larger(size, magnitude(*p)));
+    let scale = power_of_two(39 - exponent_of(largest)?);
+    let mut whole = [[0; 3]; 4];
+    for (to, from) in whole.as_flattened_mut().iter_mut().zip(points.as_flattened()) {
+        let scaled = from * scale;
+        #[expect(clippy::cast_possible_truncation, reason = "below 2^40")]
+        let number = scaled as i64;
+        #[expect(clippy::cast_precision_loss, reason = "below 2^40")]
+        let same = number as f64 == scaled;
+        if !same {
+            return None;
+        }
+        *to = number;
+    }
+    Some(whole)
+}
+
+fn exact(p: [f64; 3]) -> [Dyadic; 3] {
+    p.map(Dyadic::from_f64)
+}
+
+/// The vertex of the greatest `measure`; of several, the least. It is 0 for the vertices `none`, the
+/// first of which is the least of all.
+#[inline(always)]
 fn greatest(
-    measure: &Measure,
+    measure: &impl Measure,
     positions: &[[f64; 4]],
+    none: [usize; 2],
     less: &dyn Fn(&usize, &usize) -> Ordering,
 ) -> usize {
-    let mut best = 0;
-    for i in 1..positions.len() {
-        let order = measure.compare(projective(positions[i]), projective(positions[best]));
-        if order.then_with(|| less(&best, &i)) == Ordering::Greater {
-            best = i;
+    let (mut best, mut value, mut error) = (none[0], 0.0, 0.0);
+    for (i, position) in positions.iter().enumerate() {
+        if none.contains(&i) {
+            continue;
+        }
+        let p = projective(*position);
+        let (its_value, its_error) = measure.nearly(p);
+        let order = if (its_value - value).abs() > its_error + error {
+            its_value.total_cmp(&value)
+        } else {
+            // Of a parallelogram, two are as far: rounding alone tells them apart.
+            let order = measure.compare(p, projective(positions[best]));
+            order.then_with(|| less(&best, &i))
+        };
+        if order == Ordering::Greater {
+            (best, value, error) = (i, its_value, its_error);
         }
     }
     best
@@ -174,16 +297,14 @@ pub(crate) fn exact_cross(a: &[Dyadic; 3], b: &[Dyadic; 3]) -> [Dyadic; 3] {
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
+#[inline(always)]
 fn magnitude(p: [f64; 3]) -> f64 {
-    p[0].abs().max(p[1].abs()).max(p[2].abs())
+    larger(larger(p[0].abs(), p[1].abs()), p[2].abs())
 }
 
-/// |`v`|^2 for a cross product v of a and b, and a bound of its error.
-fn length_squared(v: [f64; 3], a: [f64; 3], b: [f64; 3]) -> (f64, f64) {
-    // Each component is off by at most 4 u |a| |b|, and is at most 2 |a| |b|.
-    let scale = magnitude(a) * magnitude(b);
-    let square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    (square, 3.0 * (2.0 * 2.0 * scale * 4.0 * U * scale) + 8.0 * U * square + TINY)
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 fn compare_vertices(
@@ -202,75 +323,87 @@ fn compare_vertices(
     })
 }
 
-/// Affine coordinates in the plane of three points, as far as the tests of flatness need them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct AffineFrame {
+/// The place of each vertex in the plane of the triple: (beta, gamma) of
+/// a + beta (b - a) + gamma (c - a). None if the plane is a line.
+///
+/// What the tests of flatness need, which are no part of any value: they are as `f64` has it.
+#[derive(Debug, Default)]
+pub(crate) struct Places {
     triple: [usize; 3],
-    a: [f64; 3],
-    edges: [[f64; 3]; 2],
-    normal: [f64; 3],
-    normal_squared: f64,
+    places: Vec<[f64; 2]>,
+    /// The greatest square of a vertex's distance from the plane.
+    height_squared: f64,
 }
 
-impl AffineFrame {
-    /// The plane of the points `point(i)` for the vertices i of `triple`.
-    pub(crate) fn new(triple: [usize; 3], point: impl Fn(usize) -> [f64; 3]) -> Self {
-        let [a, b, c] = triple.map(point);
-        let edges = [sub(b, a), sub(c, a)];
-        let normal = cross(edges[0], edges[1]);
-        Self { triple, a, edges, normal, normal_squared: dot(normal, normal) }
-    }
-
-    /// (beta, gamma) of p = a + beta (b - a) + gamma (c - a), and the square of p's distance
-    /// from the plane.
-    fn coordinates(&self, p: [f64; 3]) -> ([f64; 2], f64) {
-        let offset = sub(p, self.a);
-        let beta = dot(self.normal, cross(offset, self.edges[1])) / self.normal_squared;
-        let gamma = dot(self.normal, cross(self.edges[0], offset)) / self.normal_squared;
-        let height = dot(self.normal, offset);
-        ([beta, gamma], height * height / self.normal_squared)
-    }
-
-    /// By how much the value at vertex `i`, which lies at `p`, differs from that of the affine
-    /// function through the triple's.
-    fn deviation(&self, i: usize, p: [f64; 3], value: &impl Fn(usize) -> f64) -> f64 {
-        let [sa, sb, sc] = self.triple.map(value);
-        let ([beta, gamma], _) = self.coordinates(p);
-        (sa + beta * (sb - sa) + gamma * (sc - sa) - value(i)).abs()
-    }
-
-    /// Is every vertex within the tolerance of the plane, and z affine over it? Points that are
-    /// collinear, or lie on a line through the eye, have no plane to be off.
-    pub(crate) fn is_flat(&self, positions: &[[f64; 4]]) -> bool {
-        if self.normal_squared == 0.0 {
-            return true;
+impl Places {
+    /// Of the points `point(position)` in the plane of those of `triple`. Points that are collinear,
+    /// or lie on a line through the eye, have no plane to be off.
+    #[inline(always)]
+    pub(crate) fn set(
+        &mut self,
+        positions: &[[f64; 4]],
+        triple: [usize; 3],
+        point: impl Fn([f64; 4]) -> [f64; 3],
+    ) {
+        let [a, b, c] = triple.map(|i| point(positions[i]));
+        let (to_b, to_c) = (sub(b, a), sub(c, a));
+        let normal = cross(to_b, to_c);
+        let square = dot(normal, normal);
+        (self.triple, self.height_squared) = (triple, 0.0);
+        self.places.clear();
+        if square == 0.0 {
+            return;
         }
-        let (mut low, mut high) = (positions[0], positions[0]);
-        for p in &positions[1..] {
-            low = core::array::from_fn(|k| low[k].min(p[k]));
-            high = core::array::from_fn(|k| high[k].max(p[k]));
+        let per_square = 1.0 / square;
+        let scaled = |[x, y, w]: [f64; 3]| [x * per_square, y * per_square, w * per_square];
+        // The functions that are 1 at b or c, and 0 at the others.
+        let (beta, gamma) = (scaled(cross(to_c, normal)), scaled(cross(normal, to_b)));
+        self.places.reserve(positions.len());
+        let mut height = 0.0;
+        for position in positions {
+            let offset = sub(point(*position), a);
+            self.places.push([dot(beta, offset), dot(gamma, offset)]);
+            height = larger(height, dot(normal, offset).abs());
         }
-        let diameter_squared: f64 = (0..4).map(|k| (high[k] - low[k]) * (high[k] - low[k])).sum();
-        let tolerance = FLATNESS * FLATNESS * diameter_squared;
-        let z = |i: usize| positions[i][2];
-        (0..positions.len()).all(|i| {
-            let p = projective(positions[i]);
-            let off = self.deviation(i, p, &z);
-            self.coordinates(p).1 <= tolerance && off * off <= tolerance
-        })
+        let [a, b, c] = triple;
+        (self.places[a], self.places[b], self.places[c]) = ([0.0, 0.0], [1.0, 0.0], [0.0, 1.0]);
+        self.height_squared = height * height * per_square;
     }
 
-    /// Is `value(i)`, at the points `point(i)` of `n` vertices, affine within the tolerance of
-    /// its `range`?
-    pub(crate) fn is_affine(
-        &self,
-        n: usize,
-        range: f64,
-        point: impl Fn(usize) -> [f64; 3],
-        value: impl Fn(usize) -> f64,
-    ) -> bool {
-        self.normal_squared == 0.0
-            || (0..n).all(|i| self.deviation(i, point(i), &value) <= FLATNESS * range)
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        self.places.capacity() * size_of::<[f64; 2]>()
+    }
+
+    /// Is `value(i)` of every vertex i affine within a tolerance, given by its square?
+    #[inline(always)]
+    pub(crate) fn are_affine(&self, tolerance_squared: f64, value: impl Fn(usize) -> f64) -> bool {
+        let [a, b, c] = self.triple.map(&value);
+        let (to_b, to_c) = (b - a, c - a);
+        let mut affine = true;
+        for (i, [beta, gamma]) in self.places.iter().enumerate() {
+            let off = a + beta * to_b + gamma * to_c - value(i);
+            affine &= off * off <= tolerance_squared;
+        }
+        affine
+    }
+
+    /// Is every vertex within the tolerance of the plane, and z affine over it?
+    #[inline(always)]
+    pub(crate) fn are_flat(&self, positions: &[[f64; 4]]) -> bool {
+        let Some(first) = positions.first() else { return true };
+        let (mut low, mut high) = (*first, *first);
+        for p in positions {
+            for k in 0..4 {
+                low[k] = if p[k] < low[k] { p[k] } else { low[k] };
+                high[k] = if p[k] > high[k] { p[k] } else { high[k] };
+            }
+        }
+        let [x, y, z, w] = [0, 1, 2, 3].map(|k| high[k] - low[k]);
+        let diameter_squared = x * x + y * y + z * z + w * w;
+        let tolerance_squared = FLATNESS * FLATNESS * diameter_squared;
+        self.height_squared <= tolerance_squared
+            && self.are_affine(tolerance_squared, |i| positions[i][2])
     }
 }
 
@@ -281,4 +414,48 @@ pub(crate) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every way to compare determinants is that of exact arithmetic.
+    #[test]
+    fn determinants_are_compared_exactly() {
+        let exactly = |d: &Determinant, p: [f64; 3], q: [f64; 3]| {
+            let det = |p: [f64; 3]| {
+                let [x, y, w] = exact_cross(&exact(d.a), &exact(d.b));
+                let p = exact(p);
+                let det = x.mul(&p[0]).add(&y.mul(&p[1])).add(&w.mul(&p[2]));
+                if det.sign() == Ordering::Less { det.neg() } else { det }
+            };
+            det(p).compare(&det(q))
+        };
+        let mut state = 1_u64;
+        let mut next = |steps: f64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let fraction = f64::from((state >> 33) as u32) / f64::from(1_u32 << 31);
+            ((fraction * 2.0 - 1.0) * steps).round_ties_even() / steps
+        };
+        let (mut ties, mut parallels) = (0, 0);
+        for i in 0..4000 {
+            // Few bits, or many.
+            let steps = if i % 2 == 0 { 4.0 } else { 1e15 };
+            let [a, b, p] = [0, 1, 2].map(|_| [next(steps), next(steps), next(steps)]);
+            let determinant = Determinant::new(a, b);
+            let along = [0, 1, 2].map(|k| p[k] + (b[k] - a[k]));
+            let further = [0, 1, 2].map(|k| p[k] - 3.0 * (b[k] - a[k]));
+            for q in [along, further, [next(steps), next(steps), next(steps)]] {
+                let expected = exactly(&determinant, p, q);
+                ties += u32::from(expected.is_eq());
+                assert_eq!(determinant.compare(p, q), expected, "{a:?} {b:?} {p:?} {q:?}");
+                assert_eq!(determinant.compare_any(p, q), expected, "{a:?} {b:?} {p:?} {q:?}");
+                let quick = determinant.compare_on_parallels(p, q);
+                parallels += u32::from(quick.is_some());
+                assert!(quick.is_none_or(|order| order == expected), "{a:?} {b:?} {p:?} {q:?}");
+            }
+        }
+        assert!(ties > 2000 && parallels > 5000, "{ties} {parallels}");
+    }
 }

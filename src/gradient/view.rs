@@ -128,7 +128,7 @@ impl Gradients {
         self.take_trusted_plane(view.plane.q, det, det.abs() / w[1]);
         self.frame.plane = view.plane;
         self.view = Some(view);
-        self.set_derived(subject);
+        self.set_derived(subject, |_, z| Self::depth_in_view(&view, z));
         true
     }
 

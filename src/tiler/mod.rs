@@ -422,7 +422,7 @@ impl Scratch {
 /// Compiled for the instruction set: it is arithmetic from end to end.
 #[inline(never)]
 fn set_gradients(level: Level, gradients: &mut Gradients, subject: &Subject<'_>) {
-    dispatch!(level, _simd => gradients.set(subject));
+    dispatch!(level, simd => gradients.set(simd, subject));
 }
 
 /// The pixels of a polygon.

@@ -24,6 +24,9 @@ CASES = [
     ("block: hidden", "hidden", "fast", 48, 48 * ROWS),
     ("triangle of 10 pixels: colours, depth, `Fast`", "triangle", "fast", 2000, 2000),
     ("triangle of 10 pixels: colours, depth, `Exact`", "triangle", "exact", 2000, 2000),
+    ("quad of 30 pixels: colours, depth, `Fast`", "quad", "fast", 2000, 2000),
+    ("octagon of 45 pixels: colours, depth, `Fast`", "octagon", "fast", 2000, 2000),
+    ("sliver of 50 pixels: colours, depth, `Fast`", "sliver", "fast", 2000, 2000),
 ]
 MORE = 1.02
 

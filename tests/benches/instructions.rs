@@ -48,7 +48,10 @@ fn main() {
         "attributes" => attributes(&mut tiler, count),
         "hidden" => hidden(&mut tiler, count),
         "triangle" => triangles(&mut tiler, count),
-        other => panic!("texture, attributes, hidden or triangle, not {other}"),
+        "quad" => polygons(&mut tiler, 4, count),
+        "octagon" => polygons(&mut tiler, 8, count),
+        "sliver" => slivers(&mut tiler, count),
+        other => panic!("{other} is none of the cases"),
     }
 }
 
@@ -145,4 +148,60 @@ fn triangles(tiler: &mut Tiler, count: u32) {
     let pixels = tiler.stats().pixels_shaded as f64 / f64::from(count);
     assert!((9.5..10.5).contains(&pixels), "{pixels} pixels each");
     black_box(colour);
+}
+
+/// Takes a place in the picture to clip space, at `w`.
+fn unproject(at: [f64; 2], w: f64) -> [f64; 4] {
+    let half = [SIZE.0, SIZE.1].map(|side| f64::from(side) / 2.0);
+    [(at[0] / half[0] - 1.0) * w, (1.0 - at[1] / half[1]) * w, w - 1.0, w]
+}
+
+/// Draws the first `count` with colours and depth.
+fn draw_all(tiler: &mut Tiler, polygons: &[Vec<Vertex<3, [f64; 4]>>], count: u32) {
+    let area = (SIZE.0 * SIZE.1) as usize;
+    let (mut colour, mut depth) = (vec![[0; 4]; area], vec![1.0; area]);
+    let mut target = Plane::new(&mut colour, SIZE.0, SIZE.1).expect("its size");
+    let mut depth = Plane::new(&mut depth, SIZE.0, SIZE.1).expect("its size");
+    for polygon in &polygons[..count as usize] {
+        let polygon = black_box(polygon.as_slice());
+        tiler.draw(polygon, &mut Coloured, &mut target, Some(&mut depth));
+    }
+    black_box(colour);
+}
+
+/// Flat polygons of `n` corners and some 40 pixels, side by side, with colours that are affine.
+fn polygons(tiler: &mut Tiler, n: u32, count: u32) {
+    const STEP: u32 = 16;
+    const PER_ROW: u32 = SIZE.0 / STEP - 1;
+    let polygon = |i: u32| {
+        let [turn, right, down] = [0.618_034, 0.754_878, 0.569_840].map(|g| f64::from(i) * g % 1.0);
+        let [x, y] = [i % PER_ROW, i / PER_ROW].map(|c| f64::from((c + 1) * STEP));
+        let corner = |k: u32| {
+            let angle = (turn + f64::from(k) / f64::from(n)) * TAU;
+            let [across, up] = [4.5 * libm::cos(angle), 3.5 * libm::sin(angle)];
+            // 1/w is affine in the picture.
+            let w = (2.0 + 98.0 * right) / (1.0 + 0.02 * across + 0.03 * up);
+            let position = unproject([x + right + across, y + down + up], w);
+            let colour = [right + across * w * 1e-4, down + up * w * 1e-4, w / 100.0];
+            Vertex::new(position, colour.map(|c| c as f32))
+        };
+        (0..n).map(corner).collect()
+    };
+    draw_all(tiler, &(0..MOST_TRIANGLES).map(polygon).collect::<Vec<_>>(), count);
+    assert_eq!(tiler.stats().polygons, u64::from(count));
+}
+
+/// Triangles a pixel thick and 100 long, at a w ratio of 10^4, over 10 rows.
+fn slivers(tiler: &mut Tiler, count: u32) {
+    let sliver = |i: u32| {
+        let [right, down] = [0.754_878, 0.569_840].map(|g| f64::from(i) * g % 1.0);
+        let [x, y] = [100.0 + 1600.0 * right, 20.0 + 1000.0 * down];
+        let corners = [([x, y], 1.0), ([x + 100.0, y + 10.0], 1e4), ([x, y + 1.0], 80.0)];
+        let corner = |(k, (at, w)): (u32, ([f64; 2], f64))| {
+            Vertex::new(unproject(at, w), [right as f32, down as f32, k as f32 / 2.0])
+        };
+        (0..).zip(corners).map(corner).collect()
+    };
+    draw_all(tiler, &(0..MOST_TRIANGLES).map(sliver).collect::<Vec<_>>(), count);
+    assert_eq!(tiler.stats().polygons, u64::from(count));
 }
