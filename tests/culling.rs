@@ -4,9 +4,13 @@
 #[expect(dead_code, reason = "each test file uses a part of it")]
 mod oracle;
 
+use std::ops::Range;
+
 use glam::{DMat4, DVec3};
+use hyperspan::batch::Batch;
 use hyperspan::camera::{DepthConvention, DepthPlanes, look_at, multiply, perspective, transform};
 use hyperspan::depth::{Compare, DepthBounds, DepthSource, DepthTest};
+use hyperspan::draw::{Frame, Polygons, Screen, With};
 use hyperspan::space::{DepthRange, PixelRect};
 use hyperspan::{
     BoundingBox, BoundingSphere, Hierarchy, Inclusion, Plane, Solid, Tiler, Vertex, ViewVolume,
@@ -180,6 +184,76 @@ fn hierarchies_leave_out_only_what_draws_nothing() {
         Ok(())
     });
     left_out.report("polygons left out", 100 * cases);
+}
+
+/// Triangles with a hierarchy, if they are to be culled.
+struct Culled<'a> {
+    triangles: Vec<[Vertex<0, [f64; 4]>; 3]>,
+    culling: Option<(&'a Hierarchy, &'a ViewVolume)>,
+}
+
+impl Batch for Culled<'_> {
+    type Polygon<'p>
+        = &'p [Vertex<0, [f64; 4]>; 3]
+    where
+        Self: 'p;
+
+    fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    fn polygon(&self, i: usize) -> Self::Polygon<'_> {
+        &self.triangles[i]
+    }
+
+    fn seen_from(&self, from: usize) -> Range<usize> {
+        let all = from..self.triangles.len();
+        let Some((hierarchy, view)) = self.culling else { return all };
+        hierarchy.visible_of(view, all.clone()).next().unwrap_or(all.end..all.end)
+    }
+}
+
+#[test]
+fn hierarchies_in_draw_lists_change_no_byte() {
+    let outside = Tally::default();
+    let lists = prop::collection::vec((parts(9), 1..99_usize), 0..40);
+    let cases = check(file!(), "hierarchies_in_lists", 400, &(eyes(), lists), |(eye, lists)| {
+        let mut triangles = Vec::new();
+        for (part, count) in &lists {
+            (0..*count).for_each(|_| triangles.extend(triangles_of(&points_of(part))));
+        }
+        let hierarchy = Hierarchy::new(triangles.len(), |i, bounds| {
+            triangles[i].iter().for_each(|p| bounds.add(*p));
+        });
+        let view = ViewVolume::of_crop(eye.matrix, eye.viewport, eye.crop);
+        let (width, height) =
+            (eye.crop.x0.abs_diff(eye.crop.x1), eye.crop.y0.abs_diff(eye.crop.y1));
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("threads");
+        let draw = |parallel: bool, culling| {
+            let vertex = |p| Vertex::new(transform(eye.matrix, DVec3::from_array(p)), []);
+            let triangles = triangles.iter().map(|t| t.map(vertex)).collect();
+            let mut tiler = Tiler::new(eye.viewport);
+            tiler.set_origin(eye.crop.x0, eye.crop.y0);
+            let mut frame = Frame::new(tiler);
+            frame.set_parallel(parallel);
+            let mut pixels = vec![0_u8; (width * height) as usize];
+            let target = Plane::new(&mut pixels, width, height).expect("its size");
+            let screen = Screen { target, depth: None, clear: None };
+            let batch = Culled { triangles, culling };
+            pool.install(|| frame.draw(screen, &[&Polygons::new(batch, With(Solid(9)))]));
+            (pixels, frame.stats())
+        };
+        let (all, stats) = draw(false, None);
+        for parallel in [false, true] {
+            let (found, few) = draw(parallel, Some((&hierarchy, &view)));
+            prop_assert!(all == found);
+            prop_assert_eq!(stats.polygons, few.polygons);
+            prop_assert_eq!(stats.pixels_covered, few.pixels_covered);
+            outside.add((few.culled.outside - stats.culled.outside) as usize);
+        }
+        Ok(())
+    });
+    outside.report("polygons left out of lists", cases);
 }
 
 #[test]

@@ -6,6 +6,7 @@
 mod oracle;
 
 use hyperspan::depth::{Compare, DepthBounds, DepthSource, DepthTest};
+use hyperspan::draw::{Frame, Polygons, Screen, With};
 use hyperspan::shade::{BLOCK, Block, Inputs, Shader};
 use hyperspan::space::{DepthRange, Grid};
 use hyperspan::target::DepthBuffer;
@@ -178,6 +179,7 @@ fn stories() -> impl Strategy<Value = Story> {
 }
 
 /// Keeps all pixels, or those of a pattern.
+#[derive(Clone)]
 struct Marks<const ALL: bool>;
 
 impl<const ALL: bool> Shader for Marks<ALL> {
@@ -279,4 +281,46 @@ fn hidden_surfaces_left_out_change_no_byte() {
         });
     polygons.report("polygons hidden", 4 * cases);
     pixels.report("pixels hidden with them", 400 * cases);
+}
+
+/// A list of polygons, drawn as frames of a draw list, on a depth buffer that keeps its bounds.
+#[test]
+fn hidden_surfaces_left_out_of_draw_lists_change_no_byte() {
+    let viewport = Viewport::new(0, 0, 150, 140).expect("small");
+    let list = || prop::collection::vec(polygons(viewport, [150.0, 140.0]), 1..60);
+    let hidden = Tally::default();
+    let cases = check(file!(), "hidden_lists", 300, &[list(), list()], |lists| {
+        for threads in [1, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let pool = pool.expect("threads");
+            let mut bounds = DepthBounds::new();
+            let (mut depths, mut plain) = (vec![0.0_f32; 150 * 140], vec![0.0_f32; 150 * 140]);
+            let mut frame = Frame::new(Tiler::new(viewport));
+            frame.set_parallel(threads > 1);
+            for list in &lists {
+                let mut draw = |depths: &mut [f32], bounds: Option<&mut DepthBounds>| {
+                    let mut colours = vec![0_u32; 150 * 140];
+                    let buffer = Plane::new(depths, 150, 140).expect("its size");
+                    let buffer = match bounds {
+                        Some(bounds) => buffer.with_bounds(bounds),
+                        None => buffer,
+                    };
+                    let target = Plane::new(&mut colours, 150, 140).expect("its size");
+                    let screen = Screen { target, depth: Some(buffer), clear: Some((0, 1.0)) };
+                    let calls = Polygons::new(list, With(Marks::<true>));
+                    pool.install(|| frame.draw(screen, &[&calls]));
+                    (colours, frame.stats())
+                };
+                let (right, all) = draw(&mut plain, None);
+                let (found, some) = draw(&mut depths, Some(&mut bounds));
+                prop_assert!(right == found, "colours");
+                let bits = |depths: &[f32]| depths.iter().map(|d| d.to_bits()).collect::<Vec<_>>();
+                prop_assert!(bits(&plain) == bits(&depths), "depths");
+                prop_assert_eq!(all.pixels_shaded, some.pixels_shaded);
+                hidden.add((all.pixels_hidden - some.pixels_hidden) as usize);
+            }
+        }
+        Ok(())
+    });
+    hidden.report("pixels hidden in lists", 100 * cases);
 }

@@ -71,7 +71,14 @@ impl Hierarchy {
     /// The ranges of polygons that `view` may see, in their order; what is in none of them draws
     /// nothing.
     pub fn visible<'a>(&'a self, view: &'a ViewVolume) -> Walk<'a> {
-        Walk { hierarchy: self, view, next: 0, inside_to: 0 }
+        self.visible_of(view, 0..self.count)
+    }
+
+    /// The same of some polygons.
+    pub fn visible_of<'a>(&'a self, view: &'a ViewVolume, polygons: Range<usize>) -> Walk<'a> {
+        let end = polygons.end.min(self.count);
+        let first = polygons.start.min(end);
+        Walk { hierarchy: self, view, polygons: first..end, next: first / RUN, inside_to: 0 }
     }
 }
 
@@ -80,6 +87,8 @@ impl Hierarchy {
 pub struct Walk<'a> {
     hierarchy: &'a Hierarchy,
     view: &'a ViewVolume,
+    /// Those that are asked for.
+    polygons: Range<usize>,
     /// The run to go on with.
     next: usize,
     /// Runs below this are known to lie inside.
@@ -94,8 +103,9 @@ impl Walk<'_> {
         &mut self,
         mut is_hidden: impl FnMut(&BoundingBox) -> bool,
     ) -> Option<Range<usize>> {
-        let Hierarchy { count, boxes, levels } = self.hierarchy;
-        let runs = count.div_ceil(RUN);
+        let Hierarchy { boxes, levels, .. } = self.hierarchy;
+        let Range { start: first, end: last } = self.polygons;
+        let runs = if first < last { last.div_ceil(RUN) } else { 0 };
         while self.next < runs {
             // From the highest box that begins here downward.
             let mut level = 0;
@@ -118,7 +128,7 @@ impl Walk<'_> {
                 if level == 0 {
                     let start = self.next * RUN;
                     self.next += 1;
-                    return Some(start..(*count).min(start + RUN));
+                    return Some(start.max(first)..last.min(start + RUN));
                 }
                 (level, width) = (level - 1, width / WIDTH);
             }
