@@ -107,8 +107,8 @@ impl DepthBuffer<'_> {
             return false;
         }
         let [columns, rows] = area.tiles();
-        for y in rows[0]..=rows[1] {
-            for x in columns[0]..=columns[1] {
+        for y in rows[0]..rows[1] + 1 {
+            for x in columns[0]..columns[1] + 1 {
                 if !self.tile_hides([x, y], depths, compare) {
                     return false;
                 }
@@ -118,12 +118,17 @@ impl DepthBuffer<'_> {
     }
 
     /// About `count` pixels of `area` may have been written, with `depths` that passed `compare`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn wrote(&mut self, area: Area, depths: [f32; 2], compare: Compare, count: u64) {
         let Some(bounds) = self.bounds_mut() else { return };
         let [columns, rows] = area.tiles();
-        for y in rows[0]..=rows[1] {
-            for x in columns[0]..=columns[1] {
+        // Of small polygons it is most often one.
+        if columns[0] == columns[1] && rows[0] == rows[1] {
+            bounds.widen([columns[0], rows[0]], depths, compare, count);
+            return;
+        }
+        for y in rows[0]..rows[1] + 1 {
+            for x in columns[0]..columns[1] + 1 {
                 bounds.widen([x, y], depths, compare, count);
             }
         }
@@ -149,7 +154,8 @@ impl Area {
     /// The tiles that they lie in, likewise.
     #[inline(always)]
     fn tiles(self) -> [[u32; 2]; 2] {
-        self.0.map(|pair| pair.map(|c| c / SIDE))
+        let Self([[x0, x1], [y0, y1]]) = self;
+        [[x0 / SIDE, x1 / SIDE], [y0 / SIDE, y1 / SIDE]]
     }
 }
 

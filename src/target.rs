@@ -119,6 +119,14 @@ impl<'a, P: Copy> Plane<'a, P> {
         &mut self.data[start..start + self.width as usize]
     }
 
+    /// Sets a pixel, for those who keep the bounds true themselves.
+    #[inline(always)]
+    pub(crate) fn set_tested(&mut self, x: u32, y: u32, pixel: P) {
+        if let Some(to) = self.data.get_mut(y as usize * self.stride + x as usize) {
+            *to = pixel;
+        }
+    }
+
     /// The rows above `row`, or all if there are fewer, and the others.
     pub fn split_at_row(self, row: u32) -> (Self, Self) {
         let Self { data, width, height, stride, bounds } = self;
@@ -224,9 +232,7 @@ impl<P: Copy + Default> Target for Plane<'_, P> {
         if let Some(bounds) = &mut self.bounds {
             bounds.forget_row(y);
         }
-        if let Some(to) = self.data.get_mut(y as usize * self.stride + x as usize) {
-            *to = pixel;
-        }
+        self.set_tested(x, y, pixel);
     }
 
     #[inline(always)]
