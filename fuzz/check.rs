@@ -377,7 +377,7 @@ impl Case {
         let (width, height) = self.size;
         let mut pixels = Framed::new(width, height, [0; RECORD], [0xDEAD_BEEF; RECORD]);
         let mut depths = Framed::new(width, height, self.clear, -7.0);
-        let mut outcomes = [0_u64; 5];
+        let mut outcomes = [0_u64; 6];
         let calls = Cell::new(0_u64);
         for shape in &self.shapes {
             let polygon =

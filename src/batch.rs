@@ -1,6 +1,7 @@
 //! Many polygons at once, however they are kept: what a draw list is made of.
 
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use crate::error::Error;
 use crate::placed::Placed;
@@ -24,6 +25,13 @@ pub trait Batch: Sync {
     /// Polygon `i`, below [`len`](Self::len).
     fn polygon(&self, i: usize) -> Self::Polygon<'_>;
 
+    /// The first range of polygons from `from` on of which something may be seen: so that whole
+    /// runs are left out that a [`Hierarchy`](crate::cull::Hierarchy) shows to draw nothing. All
+    /// before it count as outside; if there is no more, it is empty and ends at the last.
+    fn seen_from(&self, from: usize) -> Range<usize> {
+        from..self.len()
+    }
+
     /// Is polygon `i` a part of the same face as the one before it? Of the parts of a face, those
     /// counts of [`Stats`](crate::stats::Stats) that are of polygons count one: as drawn if any
     /// of it is, else as the first part.
@@ -46,6 +54,10 @@ impl<B: Batch + ?Sized> Batch for &B {
     #[inline(always)]
     fn polygon(&self, i: usize) -> B::Polygon<'_> {
         (**self).polygon(i)
+    }
+
+    fn seen_from(&self, from: usize) -> Range<usize> {
+        (**self).seen_from(from)
     }
 
     #[inline(always)]

@@ -1,5 +1,10 @@
 //! The depth test: what a pixel's depth is compared with, and how.
 
+mod bounds;
+
+pub use bounds::DepthBounds;
+pub(crate) use bounds::{SIDE, TileRows};
+
 /// How a pixel's depth is compared with the stored one; it passes if `new (op) stored` holds.
 /// A NaN in the buffer passes only [`NotEqual`](Self::NotEqual) and [`Always`](Self::Always).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -36,6 +41,44 @@ impl Compare {
             Self::GreaterEqual => new >= stored,
             Self::Always => true,
         }
+    }
+
+    /// Do all depths within `new` fail against all within `stored`, and against NaN? Both are a
+    /// least and a greatest.
+    #[inline(always)]
+    pub(crate) fn fails_all(self, new: [f32; 2], stored: [f32; 2]) -> bool {
+        match self {
+            Self::Never => true,
+            Self::Less => new[0] >= stored[1],
+            Self::LessEqual => new[0] > stored[1],
+            Self::Greater => new[1] <= stored[0],
+            Self::GreaterEqual => new[1] < stored[0],
+            Self::Equal => new[0] > stored[1] || new[1] < stored[0],
+            Self::NotEqual | Self::Always => false,
+        }
+    }
+
+    /// Might they, if `stored` could be narrower than it is?
+    #[inline(always)]
+    pub(crate) fn may_fail_all(self, new: [f32; 2], stored: [f32; 2]) -> bool {
+        match self {
+            Self::Less | Self::LessEqual => new[0] >= stored[0],
+            Self::Greater | Self::GreaterEqual => new[1] <= stored[1],
+            Self::Never | Self::Equal => true,
+            Self::NotEqual | Self::Always => false,
+        }
+    }
+
+    /// May what passes be below the stored depth that it replaces?
+    #[inline(always)]
+    pub(crate) fn lowers(self) -> bool {
+        matches!(self, Self::Less | Self::LessEqual | Self::NotEqual | Self::Always)
+    }
+
+    /// And above?
+    #[inline(always)]
+    pub(crate) fn raises(self) -> bool {
+        matches!(self, Self::Greater | Self::GreaterEqual | Self::NotEqual | Self::Always)
     }
 }
 

@@ -76,6 +76,8 @@ mod row;
 pub mod depth;
 pub mod texture;
 pub mod target;
+pub mod cull;
+mod hidden;
 mod paint;
 pub mod stats;
 pub mod tiler;
@@ -83,7 +85,8 @@ pub mod draw;
 pub mod camera;
 
 pub use batch::{Batch, Mesh};
-pub use depth::{Compare, DepthSource, DepthTest};
+pub use cull::{BoundingBox, BoundingSphere, Hierarchy, Inclusion, ViewVolume};
+pub use depth::{Compare, DepthBounds, DepthSource, DepthTest};
 pub use draw::{Canvas, Frame, Polygons, Screen};
 pub use error::Error;
 pub use placed::Placed;

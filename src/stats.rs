@@ -15,6 +15,8 @@ pub enum Outcome {
     Degenerate,
     /// A position is not finite.
     Refused,
+    /// All of it lies behind what was drawn before, as the depth buffer's bounds show.
+    Hidden,
 }
 
 /// Polygons that were not drawn, by the first reason found.
@@ -28,7 +30,8 @@ pub struct Culled {
     pub degenerate: u64,
     /// A position is not finite.
     pub refused: u64,
-    /// All of it lies behind what was drawn before.
+    /// All of it lies behind what was drawn before, as the depth buffer's bounds show. Its pixels
+    /// are not counted: most often nobody has found out which they are.
     pub hidden: u64,
 }
 
@@ -42,6 +45,7 @@ impl Culled {
             Outcome::Backface => Some(&mut self.backface),
             Outcome::Degenerate => Some(&mut self.degenerate),
             Outcome::Refused => Some(&mut self.refused),
+            Outcome::Hidden => Some(&mut self.hidden),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Targets: where pixels go. Anything that can store a run of pixels.
 
+use crate::depth::{DepthBounds, TileRows};
 use crate::error::Error;
 use crate::shade::BLOCK;
 
@@ -42,12 +43,14 @@ pub struct Plane<'a, P> {
     width: u32,
     height: u32,
     stride: usize,
+    /// Of depths that are attached to some.
+    bounds: Option<TileRows<'a>>,
 }
 
 impl<P> Default for Plane<'_, P> {
     /// Without a pixel.
     fn default() -> Self {
-        Self { data: &mut [], width: 0, height: 0, stride: 0 }
+        Self { data: &mut [], width: 0, height: 0, stride: 0, bounds: None }
     }
 }
 
@@ -85,7 +88,7 @@ impl<'a, P: Copy> Plane<'a, P> {
         if data.len() < needed {
             return Err(Error::PlaneTooShort { needed, given: data.len() });
         }
-        Ok(Self { data, width, height, stride })
+        Ok(Self { data, width, height, stride, bounds: None })
     }
 
     /// (width, height) in pixels.
@@ -103,32 +106,76 @@ impl<'a, P: Copy> Plane<'a, P> {
     /// Row `y`, below the height: `width` pixels.
     #[inline(always)]
     pub fn row_mut(&mut self, y: u32) -> &mut [P] {
+        if let Some(bounds) = &mut self.bounds {
+            bounds.forget_row(y);
+        }
+        self.tested_row_mut(y)
+    }
+
+    /// The same, for those who keep the bounds true themselves.
+    #[inline(always)]
+    pub(crate) fn tested_row_mut(&mut self, y: u32) -> &mut [P] {
         let start = y as usize * self.stride;
         &mut self.data[start..start + self.width as usize]
     }
 
+    /// Sets a pixel, for those who keep the bounds true themselves.
+    #[inline(always)]
+    pub(crate) fn set_tested(&mut self, x: u32, y: u32, pixel: P) {
+        if let Some(to) = self.data.get_mut(y as usize * self.stride + x as usize) {
+            *to = pixel;
+        }
+    }
+
     /// The rows above `row`, or all if there are fewer, and the others.
     pub fn split_at_row(self, row: u32) -> (Self, Self) {
-        let Self { data, width, height, stride } = self;
+        let Self { data, width, height, stride, bounds } = self;
         let row = row.min(height);
         let (above, below) = data.split_at_mut((row as usize * stride).min(data.len()));
+        let (bounds_above, bounds_below) = bounds.and_then(|rows| rows.split_at_row(row)).unzip();
         (
-            Self { data: above, width, height: row, stride },
-            Self { data: below, width, height: height - row, stride },
+            Self { data: above, width, height: row, stride, bounds: bounds_above },
+            Self { data: below, width, height: height - row, stride, bounds: bounds_below },
         )
     }
 
     /// The same plane, borrowed for a while.
     pub fn reborrow(&mut self) -> Plane<'_, P> {
-        let Self { data, width, height, stride } = self;
-        Plane { data, width: *width, height: *height, stride: *stride }
+        let Self { data, width, height, stride, bounds } = self;
+        let bounds = bounds.as_mut().map(TileRows::reborrow);
+        Plane { data, width: *width, height: *height, stride: *stride, bounds }
     }
 
     /// Sets every pixel, and nothing between the rows.
     pub fn clear(&mut self, pixel: P) {
         for y in 0..self.height {
-            self.row_mut(y).fill(pixel);
+            self.tested_row_mut(y).fill(pixel);
         }
+        if let Some(bounds) = &mut self.bounds {
+            bounds.clear();
+        }
+    }
+}
+
+impl<'a> Plane<'a, f32> {
+    /// With bounds of its depths, by which the tiler leaves out what is hidden. They must have
+    /// been attached to these same depths before, or to none of this size, else they have to
+    /// [`forget`](DepthBounds::forget).
+    #[must_use]
+    pub fn with_bounds(self, bounds: &'a mut DepthBounds) -> Self {
+        Self { bounds: Some(bounds.attach(self.width, self.height)), ..self }
+    }
+
+    /// Are any attached?
+    #[inline(always)]
+    pub(crate) fn has_bounds(&self) -> bool {
+        self.bounds.is_some()
+    }
+
+    /// Those attached.
+    #[inline(always)]
+    pub(crate) fn bounds_mut(&mut self) -> Option<&mut TileRows<'a>> {
+        self.bounds.as_mut()
     }
 }
 
@@ -146,7 +193,13 @@ impl<'a> Plane<'a, [u8; 4]> {
 impl<'a> From<&'a mut image::RgbaImage> for Plane<'a, [u8; 4]> {
     fn from(picture: &'a mut image::RgbaImage) -> Self {
         let (width, height) = picture.dimensions();
-        Self { data: picture.as_chunks_mut().0, width, height, stride: width as usize }
+        Self {
+            data: picture.as_chunks_mut().0,
+            width,
+            height,
+            stride: width as usize,
+            bounds: None,
+        }
     }
 }
 
@@ -156,7 +209,7 @@ impl<'a> From<&'a mut image::ImageBuffer<image::Luma<f32>, alloc::vec::Vec<f32>>
 {
     fn from(picture: &'a mut image::ImageBuffer<image::Luma<f32>, alloc::vec::Vec<f32>>) -> Self {
         let (width, height) = picture.dimensions();
-        Self { data: picture, width, height, stride: width as usize }
+        Self { data: picture, width, height, stride: width as usize, bounds: None }
     }
 }
 
@@ -176,9 +229,10 @@ impl<P: Copy + Default> Target for Plane<'_, P> {
 
     #[inline(always)]
     fn write_pixel(&mut self, x: u32, y: u32, pixel: P) {
-        if let Some(to) = self.data.get_mut(y as usize * self.stride + x as usize) {
-            *to = pixel;
+        if let Some(bounds) = &mut self.bounds {
+            bounds.forget_row(y);
         }
+        self.set_tested(x, y, pixel);
     }
 
     #[inline(always)]

@@ -224,13 +224,15 @@ fn draw(settings: &Settings, poly: &Poly) -> Result<(Outcome, Stats, usize), Tes
         stats.culled.backface,
         stats.culled.degenerate,
         stats.culled.refused,
+        stats.culled.hidden,
     ];
     let right = match outcome {
-        Outcome::Drawn => [0, 0, 0, 0],
-        Outcome::Outside => [1, 0, 0, 0],
-        Outcome::Backface => [0, 1, 0, 0],
-        Outcome::Degenerate => [0, 0, 1, 0],
-        Outcome::Refused => [0, 0, 0, 1],
+        Outcome::Drawn => [0, 0, 0, 0, 0],
+        Outcome::Outside => [1, 0, 0, 0, 0],
+        Outcome::Backface => [0, 1, 0, 0, 0],
+        Outcome::Degenerate => [0, 0, 1, 0, 0],
+        Outcome::Refused => [0, 0, 0, 1, 0],
+        Outcome::Hidden => [0, 0, 0, 0, 1],
     };
     prop_assert_eq!(culled, right, "{:?}", outcome);
     prop_assert_eq!(stats.culled.hidden, 0);

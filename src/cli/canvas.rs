@@ -3,14 +3,16 @@
 
 use std::sync::Mutex;
 
+use hyperspan::depth::DepthBounds;
 use hyperspan::draw;
-use hyperspan::target::Target;
+use hyperspan::target::{DepthBuffer, Target};
 
 use crate::aov::Aov;
 use crate::failure::Failure;
 use crate::flags::Crop;
 use crate::memory;
 use crate::progress::Progress;
+use crate::shaders::plane;
 
 /// A target that stores nothing, but has a size: for shaders that store by themselves.
 #[derive(Clone, Copy, Debug)]
@@ -102,6 +104,8 @@ pub(crate) struct Canvas {
     /// The depth buffer, or nothing if there is no test. It is the depth that is written to
     /// files too.
     pub(crate) depth: Option<Vec<f32>>,
+    /// Of the depth buffer.
+    bounds: DepthBounds,
     /// What [`Data`](crate::shaders::Data) fills.
     planes: Vec<DataPlane>,
     /// What the pass without depth test fills.
@@ -139,6 +143,7 @@ impl Canvas {
                 .depth_buffer
                 .then(|| memory::filled(pixels, plan.clear_depth))
                 .transpose()?,
+            bounds: DepthBounds::new(),
             planes: shaded.into_iter().map(plane).collect::<Result<_, _>>()?,
             overdraw: overdraw.into_iter().map(plane).next().transpose()?,
         })
@@ -166,7 +171,10 @@ impl Canvas {
             background: self.background,
             clear_depth: self.clear_depth,
             picture: self.picture.as_deref_mut(),
-            depth: self.depth.as_deref_mut(),
+            depth: self
+                .depth
+                .as_deref_mut()
+                .map(|depth| plane(depth, self.crop).with_bounds(&mut self.bounds)),
             planes: self.planes.iter_mut().map(DataPlane::rows).collect(),
             meter,
         }
@@ -244,7 +252,7 @@ pub(crate) struct Band<'a> {
     /// RGBA8, if a picture is wanted.
     pub(crate) picture: Option<&'a mut [[u8; 4]]>,
     /// Depths, if there is a test.
-    pub(crate) depth: Option<&'a mut [f32]>,
+    pub(crate) depth: Option<DepthBuffer<'a>>,
     /// One for each kind of data.
     pub(crate) planes: Vec<PlaneRows<'a>>,
     meter: &'a Meter<'a>,
@@ -326,7 +334,7 @@ impl draw::Canvas for Band<'_> {
         let (crop, crop_below) = self.crop.split_at_row(row);
         let at = crop.pixels();
         let (picture, picture_below) = split(self.picture, at);
-        let (depth, depth_below) = split(self.depth, at);
+        let (depth, depth_below) = self.depth.map(|depth| depth.split_at_row(row)).unzip();
         let planes = self.planes.into_iter().map(|plane| plane.split_at_pixel(at));
         let (planes, planes_below) = planes.unzip();
         let Self { background, clear_depth, meter, .. } = self;
@@ -350,7 +358,7 @@ impl draw::Canvas for Band<'_> {
             picture.fill(self.background);
         }
         if let Some(depth) = &mut self.depth {
-            depth.fill(self.clear_depth);
+            depth.clear(self.clear_depth);
         }
         for plane in &mut self.planes {
             plane.clear(self.clear_depth);

@@ -3,13 +3,16 @@
 //! Each position is transformed once, however many faces share it. Runs of faces that look the
 //! same go through one compiled loop.
 
+use std::ops::Range;
+
 use hyperspan::batch::Batch;
+use hyperspan::cull::{BoundingBox, Hierarchy, ViewVolume};
 use hyperspan::depth::DepthTest;
 use hyperspan::draw::{Call, Frame, Polygons};
 use hyperspan::placed::Placed;
 use hyperspan::polygon::Polygon;
 use hyperspan::simd::Simd;
-use hyperspan::space::Viewport;
+use hyperspan::space::{PixelRect, Viewport};
 use hyperspan::stats::Stats;
 use hyperspan::tiler::{Cull, Precision, Tiler};
 
@@ -17,7 +20,7 @@ use crate::aov::Aov;
 use crate::camera::{Camera, DepthFlag};
 use crate::canvas::{Band, Canvas, Meter};
 use crate::failure::Failure;
-use crate::model::{Lit, Look, Model, Piece, Run};
+use crate::model::{Lit, Look, Model, Run};
 use crate::progress::Progress;
 use crate::shaders::{Layout, PaintCounts, PaintData, PaintDepth, PaintPicture, Reads};
 use crate::surface::{LitTexture, Plain, Shaded, Surface, Textured, light_piece};
@@ -43,9 +46,12 @@ pub(crate) struct Scene<'a> {
     model: &'a Model,
     camera: Camera,
     options: Options,
+    viewport: Viewport,
     frame: Frame,
     /// For the pass that counts overdraw.
     counter: Frame,
+    /// Boxes over its pieces.
+    hierarchy: Hierarchy,
     /// Positions in clip space.
     clip: Vec<[f64; 4]>,
     /// The same on the grid.
@@ -70,12 +76,19 @@ impl<'a> Scene<'a> {
         let [mut frame, mut counter] = [tiler, counter].map(Frame::new);
         frame.set_parallel(options.parallel);
         counter.set_parallel(options.parallel);
+        let hierarchy = Hierarchy::new(model.pieces.len(), |i, bounds: &mut BoundingBox| {
+            for position in &model.corners.position[model.pieces[i].corners()] {
+                bounds.add(model.positions[*position as usize]);
+            }
+        });
         Ok(Self {
             model,
             camera,
             options,
+            viewport,
             frame,
             counter,
+            hierarchy,
             clip: Vec::new(),
             placed: Placed::new(viewport),
             light: if any_lit { vec![0.0; model.corners.len()] } else { Vec::new() },
@@ -84,7 +97,18 @@ impl<'a> Scene<'a> {
 
     /// Draws a frame, the clear included, and gives its counts.
     pub(crate) fn draw(&mut self, canvas: &mut Canvas, progress: &mut Progress) -> Stats {
-        let Self { model, camera, options, frame, counter, clip, placed, light } = self;
+        let Self {
+            model,
+            camera,
+            options,
+            viewport,
+            frame,
+            counter,
+            hierarchy,
+            clip,
+            placed,
+            light,
+        } = self;
         let Options { simd, parallel, .. } = *options;
         placed.transform(camera.matrix, &model.positions, clip, simd, parallel);
         for run in &model.runs {
@@ -96,7 +120,9 @@ impl<'a> Scene<'a> {
         }
         let (x, y) = canvas.crop.origin();
         frame.settings().set_origin(x, y);
-        let view = View { model, clip, placed };
+        let crop = PixelRect::new(x, y, canvas.crop.width, canvas.crop.height);
+        let volume = &ViewVolume::of_crop(camera.matrix, *viewport, crop);
+        let view = View { model, hierarchy, volume, clip, placed };
         view.draw(frame, canvas, progress, |run| {
             if model.is_lit(run.look, options.lit) { light } else { &[] }
         });
@@ -105,7 +131,7 @@ impl<'a> Scene<'a> {
         // How often a pixel is covered does not depend on what hides it.
         if let Some(counts) = canvas.overdraw() {
             counter.settings().set_origin(x, y);
-            let batch = RunBatch { view, pieces: &model.pieces, vertices: &() };
+            let batch = RunBatch { view, pieces: 0..model.pieces.len(), vertices: &() };
             counter.draw(counts, &[&Polygons::new(batch, PaintCounts)]);
             stats.peak_bytes = stats.peak_bytes.max(counter.stats().peak_bytes);
         }
@@ -117,6 +143,8 @@ impl<'a> Scene<'a> {
 #[derive(Clone, Copy)]
 struct View<'f> {
     model: &'f Model,
+    hierarchy: &'f Hierarchy,
+    volume: &'f ViewVolume,
     clip: &'f [[f64; 4]],
     placed: &'f Placed,
 }
@@ -211,7 +239,7 @@ impl<'f> View<'f> {
     where
         'f: 'c,
     {
-        let pieces = &self.model.pieces[run.pieces.clone()];
+        let pieces = run.pieces.clone();
         let has_picture = canvas.picture.is_some();
         match skin {
             Skin::Data(vertices, layout) => {
@@ -233,7 +261,7 @@ impl<'f> View<'f> {
 
     fn picture<'c, 'b, S: Surface + Reads>(
         self,
-        pieces: &'c [Piece],
+        pieces: Range<usize>,
         surface: &'c S,
     ) -> Box<dyn Call<Band<'b>> + 'c>
     where
@@ -339,7 +367,7 @@ impl Vertices for WithExtras<'_> {
 /// Pieces of the model that have the same attributes.
 struct RunBatch<'a, V> {
     view: View<'a>,
-    pieces: &'a [Piece],
+    pieces: Range<usize>,
     vertices: &'a V,
 }
 
@@ -355,8 +383,8 @@ impl<V: Vertices> Batch for RunBatch<'_, V> {
 
     #[inline(always)]
     fn polygon(&self, i: usize) -> PiecePolygon<'_, V> {
-        let View { model, clip, placed } = self.view;
-        let piece = self.pieces[i];
+        let View { model, clip, placed, .. } = self.view;
+        let piece = model.pieces[self.pieces.start + i];
         let corners = piece.corners();
         let start = corners.start;
         let positions = &model.corners.position[corners];
@@ -365,7 +393,15 @@ impl<V: Vertices> Batch for RunBatch<'_, V> {
 
     #[inline(always)]
     fn continues(&self, i: usize) -> bool {
-        i > 0 && self.pieces[i - 1].face == self.pieces[i].face
+        let (pieces, i) = (&self.view.model.pieces, self.pieces.start + i);
+        i > self.pieces.start && pieces[i - 1].face == pieces[i].face
+    }
+
+    fn seen_from(&self, from: usize) -> Range<usize> {
+        let Range { start, end } = self.pieces;
+        let View { hierarchy, volume, .. } = self.view;
+        let seen = hierarchy.visible_of(volume, start + from..end).next();
+        seen.map_or(end - start..end - start, |seen| seen.start - start..seen.end - start)
     }
 }
 

@@ -87,13 +87,13 @@ impl<'a, 'b, C: Colour + Reads> Paint<Band<'b>> for PaintPicture<'a, C> {
         band: &'c mut Band<'b>,
     ) -> (Picture<'c, C>, Plane<'c, [u8; 4]>, Option<DepthBuffer<'c>>) {
         let picture = band.picture.as_deref_mut().unwrap_or_default();
-        let depth = band.depth.as_deref_mut().map(|depth| plane(depth, band.crop));
+        let depth = band.depth.as_mut().map(DepthBuffer::reborrow);
         (Picture(self.0), plane(picture, band.crop), depth)
     }
 }
 
 /// The pixels of a crop; none where there are too few.
-fn plane<P: Copy>(pixels: &mut [P], crop: Crop) -> Plane<'_, P> {
+pub(crate) fn plane<P: Copy>(pixels: &mut [P], crop: Crop) -> Plane<'_, P> {
     let size = if pixels.len() < crop.width as usize * crop.height as usize {
         (0, 0)
     } else {
@@ -129,7 +129,7 @@ impl<'a, 'b> Paint<Band<'b>> for PaintData<'a> {
         band: &'c mut Band<'b>,
     ) -> (Data<'c, 'b>, Extent, Option<DepthBuffer<'c>>) {
         let crop = band.crop;
-        let depth = band.depth.as_deref_mut().map(|depth| plane(depth, crop));
+        let depth = band.depth.as_mut().map(DepthBuffer::reborrow);
         let data = Data {
             paint: self,
             id: 0,
@@ -160,7 +160,7 @@ impl<'b> Paint<Band<'b>> for PaintDepth {
         band: &'c mut Band<'b>,
     ) -> (Coverage<'c>, Extent, Option<DepthBuffer<'c>>) {
         let Crop { width, height, .. } = band.crop;
-        let depth = band.depth.as_deref_mut().map(|depth| plane(depth, band.crop));
+        let depth = band.depth.as_mut().map(DepthBuffer::reborrow);
         (Coverage::default(), Extent { width, height }, depth)
     }
 }

@@ -9,7 +9,7 @@ use super::canvas::{Canvas, Paint};
 use crate::batch::Batch;
 use crate::shade::Shader;
 use crate::space::PixelRect;
-use crate::stats::{FaceCount, Stats};
+use crate::stats::{FaceCount, Outcome, Stats};
 use crate::target::Target;
 use crate::tiler::Tiler;
 use crate::tiler::keep::{Keep, Kept};
@@ -74,6 +74,25 @@ impl<B: Batch, P> Polygons<B, P> {
     }
 }
 
+impl<B: Batch, P> Polygons<B, P> {
+    /// The next polygons of `next..end` that may be seen; those before them are counted.
+    fn seen(
+        &self,
+        next: usize,
+        end: usize,
+        stats: &mut Stats,
+        faces: &mut FaceCount,
+    ) -> Range<usize> {
+        let seen = self.batch.seen_from(next);
+        let (first, last) = (seen.start.clamp(next, end), seen.end.clamp(next, end));
+        let first = if first < last { first } else { end };
+        for i in next..first {
+            faces.count(stats, Outcome::Outside, self.batch.continues(i));
+        }
+        first..last.max(first)
+    }
+}
+
 impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
     fn len(&self) -> usize {
         self.batch.len()
@@ -84,13 +103,18 @@ impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
         let window = tiler.window(target.size(), depth.as_ref());
         dispatch!(tiler.simd().0, simd => {
             let mut faces = FaceCount::new(tiler.stats_mut());
-            for i in 0..self.batch.len() {
-                let polygon = self.batch.polygon(i);
-                shader.start(i);
-                let outcome = tiler.draw_sorted(
-                    simd, &polygon, window, &mut shader, &mut target, depth.as_mut(),
-                );
-                faces.count(tiler.stats_mut(), outcome, self.batch.continues(i));
+            let (mut next, end) = (0, self.batch.len());
+            while next < end {
+                let seen = self.seen(next, end, tiler.stats_mut(), &mut faces);
+                next = seen.end;
+                for i in seen {
+                    let polygon = self.batch.polygon(i);
+                    shader.start(i);
+                    let outcome = tiler.draw_sorted(
+                        simd, &polygon, window, &mut shader, &mut target, depth.as_mut(),
+                    );
+                    faces.count(tiler.stats_mut(), outcome, self.batch.continues(i));
+                }
             }
         });
     }
@@ -107,12 +131,17 @@ impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
         let (start, end) = (begin(polygons.start), begin(polygons.end));
         dispatch!(tiler.simd().0, simd => {
             let mut faces = FaceCount::new(tiler.stats_mut());
-            for i in start..end {
-                let (outcome, rows) = tiler.sort(simd, &self.batch.polygon(i), window);
-                if let Some(rows) = rows {
-                    bins.add(i - polygons.start, rows);
+            let mut next = start;
+            while next < end {
+                let seen = self.seen(next, end, tiler.stats_mut(), &mut faces);
+                next = seen.end;
+                for i in seen {
+                    let (outcome, rows) = tiler.sort(simd, &self.batch.polygon(i), window);
+                    if let Some(rows) = rows {
+                        bins.add(i - polygons.start, rows);
+                    }
+                    faces.count(tiler.stats_mut(), outcome, self.batch.continues(i));
                 }
-                faces.count(tiler.stats_mut(), outcome, self.batch.continues(i));
             }
         });
     }

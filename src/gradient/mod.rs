@@ -14,6 +14,7 @@ pub(crate) mod triple;
 mod twofold;
 mod attribute;
 mod derived;
+pub(crate) mod enclosure;
 mod value;
 pub(crate) mod view;
 

@@ -46,7 +46,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 if let Some(buffer) = depth.as_deref_mut()
                     && test.write
                 {
-                    buffer.write_pixel(x, y, self.lanes.of(test.source)[lane]);
+                    buffer.set_tested(x, y, self.lanes.of(test.source)[lane]);
                 }
             }
         }

@@ -187,7 +187,7 @@ where
             if let Some(buffer) = depth.as_deref_mut()
                 && place.test.write
             {
-                buffer.write_pixel(x, y, block.depth[lane]);
+                buffer.set_tested(x, y, block.depth[lane]);
             }
         }
     }

@@ -50,7 +50,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 from: u16::MAX << first,
                 to: u16::MAX >> (-last & (BLOCK_COLUMNS - 1)),
             };
-            let mut depths = depth.as_deref_mut().map(|buffer| buffer.row_mut(row.row));
+            let mut depths = depth.as_deref_mut().map(|buffer| buffer.tested_row_mut(row.row));
             walker.seek(row.first);
             let within = row.within(width);
             let mut i = 0;

@@ -22,11 +22,13 @@ use crate::target::{DepthBuffer, Plane, Target};
 use crate::triangle::InView;
 use crate::varying::Interpolation;
 
+mod hidden;
 pub(crate) mod keep;
 mod scan;
 mod small;
 pub(crate) mod sort;
 
+use hidden::TestedSpans;
 use scan::{Counts, Taken};
 use small::Sight;
 
@@ -80,6 +82,8 @@ pub struct Tiler {
     clipper: Clipper,
     place_constants: Constants,
     simd: Simd,
+    /// Is what is hidden left out, where that is known?
+    hides: bool,
     stats: Stats,
     scratch: Scratch,
 }
@@ -95,6 +99,8 @@ struct Scratch {
     outline: Outline,
     /// Within what is visible.
     spans: Vec<Span>,
+    /// For those to come, while others are cut.
+    spare_spans: Vec<Span>,
     gradients: Gradients,
     /// Are the gradients those of what was taken?
     is_set_up: bool,
@@ -115,6 +121,7 @@ impl Tiler {
             clipper: Clipper::new(viewport),
             place_constants: Constants::new(viewport),
             simd: Simd::auto(),
+            hides: true,
             stats: Stats::default(),
             scratch: Scratch::default(),
         }
@@ -167,6 +174,13 @@ impl Tiler {
         self
     }
 
+    /// Is what is surely hidden left out before it is set up, where the depth buffer has bounds
+    /// ([`DepthBuffer::with_bounds`](Plane::with_bounds))? It is unless set; no byte depends on it.
+    pub fn set_hidden_skips(&mut self, skip: bool) -> &mut Self {
+        self.hides = skip;
+        self
+    }
+
     /// Counts since the tiler was made or since [`reset_stats`](Self::reset_stats).
     pub fn stats(&self) -> Stats {
         // Buffers never shrink: what they hold now is the most they held.
@@ -210,6 +224,7 @@ impl Tiler {
         self.clipper.set_as(&other.clipper);
         self.place_constants = other.place_constants;
         self.simd = other.simd;
+        self.hides = other.hides;
     }
 
     /// What becomes of a polygon whose rows are known: a small triangle, or any polygon of which
@@ -276,11 +291,10 @@ impl Tiler {
         S: Shader,
         T: Target<Pixel = S::Pixel>,
     {
-        let outcome = self.take_whole(polygon);
-        if outcome == Outcome::Drawn {
-            self.draw_taken(polygon, window, shader, target, depth);
+        match self.take_whole(polygon) {
+            Outcome::Drawn => self.draw_taken(polygon, window, shader, target, depth),
+            outcome => outcome,
         }
-        outcome
     }
 
     /// 1 to 4: takes `polygon` into the scratch: clipped, divided, culled.
@@ -301,17 +315,22 @@ impl Tiler {
         window: PixelRect,
         shader: &mut S,
         target: &mut T,
-        depth: Option<&mut DepthBuffer<'_>>,
-    ) where
+        mut depth: Option<&mut DepthBuffer<'_>>,
+    ) -> Outcome
+    where
         V: Polygon + ?Sized,
         S: Shader,
         T: Target<Pixel = S::Pixel>,
     {
+        if self.hides && self.is_hidden(window, depth.as_deref_mut()) {
+            return Outcome::Hidden;
+        }
         // 5. Edges.
         let counts = self.scan(window);
-        if counts.spans > 0 {
-            self.fill(polygon, Seen::Spans, counts, shader, target, depth);
+        if counts.spans == 0 {
+            return Outcome::Drawn;
         }
+        self.fill(polygon, Seen::Spans, counts, shader, target, depth)
     }
 
     /// Draws the pixels that were found of `polygon`: `counts` of them.
@@ -322,19 +341,29 @@ impl Tiler {
         counts: Counts,
         shader: &mut S,
         target: &mut T,
-        depth: Option<&mut DepthBuffer<'_>>,
-    ) where
+        mut depth: Option<&mut DepthBuffer<'_>>,
+    ) -> Outcome
+    where
         V: Polygon + ?Sized,
         S: Shader,
         T: Target<Pixel = S::Pixel>,
     {
         let place = self.placement();
-        let Scratch { given, taken, screen, spans, gradients, attributes, is_set_up, .. } =
-            &mut self.scratch;
-        let (in_view, positions, taken, covered) = match seen {
-            Seen::Spans => (false, given.as_slice(), *taken, Covered::Spans(spans)),
+        let Scratch {
+            given,
+            taken,
+            screen,
+            spans,
+            spare_spans,
+            gradients,
+            attributes,
+            is_set_up,
+            ..
+        } = &mut self.scratch;
+        let (in_view, positions, taken, patches) = match seen {
+            Seen::Spans => (false, given.as_slice(), *taken, None),
             Seen::Small(found, positions, taken) => {
-                (true, positions.as_slice(), taken, Covered::Patches(&found.patches))
+                (true, positions.as_slice(), taken, Some(&found.patches))
             }
         };
 
@@ -365,12 +394,30 @@ impl Tiler {
             self.stats.constant_w.count(gradients.constant);
         }
 
-        // 7. Spans: the X loop, depth, shader and target, block by block.
+        // 7. What of it is surely hidden falls out.
+        let tested = match depth.as_deref_mut() {
+            Some(buffer) if patches.is_none() && buffer.has_bounds() => {
+                let tested = TestedSpans::new(gradients, &subject, place, counts.pixels);
+                if self.hides && tested.hide(spans, spare_spans, buffer) {
+                    return Outcome::Hidden;
+                }
+                Some(tested)
+            }
+            _ => None,
+        };
+
+        // 8. Spans: the X loop, depth, shader and target, block by block.
         let walked = Walked::new(&subject, gradients, &mut self.clipper);
+        let covered = patches.map_or(Covered::Spans(spans), Covered::Patches);
+        let drawn = depth.as_deref_mut();
         let (shaded, exact_values) =
-            paint(self.simd.0, walked, covered, place, attributes, shader, target, depth);
+            paint(self.simd.0, walked, covered, place, attributes, shader, target, drawn);
+        if let (Some(tested), Some(buffer)) = (tested, depth) {
+            tested.wrote(spans, buffer, shaded, S::KEEPS_ALL);
+        }
         self.stats.exact_values += exact_values;
         self.count_pixels(counts, shaded);
+        Outcome::Drawn
     }
 
     /// Of covered pixels some were shaded.
@@ -413,7 +460,7 @@ impl Scratch {
             + self.clipped.bytes()
             + self.screen.capacity() * size_of::<ScreenVertex>()
             + self.outline.bytes()
-            + self.spans.capacity() * size_of::<Span>()
+            + (self.spans.capacity() + self.spare_spans.capacity()) * size_of::<Span>()
             + self.gradients.bytes()
             + self.attributes.capacity() * size_of::<[f32; BLOCK]>()
     }

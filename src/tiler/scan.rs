@@ -19,6 +19,8 @@ pub(super) struct Taken {
     pub(super) w: [f64; 2],
     /// The pixels that it may cover in the viewport; it may be empty.
     pub(super) seen: PixelRect,
+    /// Does nothing clip it?
+    pub(super) whole: bool,
 }
 
 /// Pixels that are covered in a window, in how many spans.
@@ -69,7 +71,8 @@ impl Tiler {
             return Err(Outcome::Backface);
         }
         let seen = bounds.intersect(self.viewport.rect());
-        Ok(Taken { exponent, w: range_of_w(screen, visible), seen })
+        let whole = outcodes.accepted();
+        Ok(Taken { exponent, w: range_of_w(screen, visible), seen, whole })
     }
 
     /// 5. Edges: the Y loop, from what was taken to its spans within `window`.

@@ -39,7 +39,7 @@ impl Tiler {
         found: &mut InView,
         shader: &mut S,
         target: &mut T,
-        depth: Option<&mut DepthBuffer<'_>>,
+        mut depth: Option<&mut DepthBuffer<'_>>,
     ) -> Sight
     where
         V: Polygon + ?Sized,
@@ -62,6 +62,12 @@ impl Tiler {
             Look::Away => return Sight::Done(Outcome::Backface),
             Look::Nothing => return Sight::Done(Outcome::Drawn),
             Look::Pixels => {}
+        }
+        if let Some(buffer) = depth.as_deref_mut()
+            && buffer.has_bounds()
+            && self.is_hidden_small(polygon, placed, found, window, buffer)
+        {
+            return Sight::Done(Outcome::Hidden);
         }
         match self.paint_usual(simd, polygon, found, shader, target, depth) {
             Some(()) => Sight::Done(Outcome::Drawn),
@@ -139,10 +145,9 @@ impl Tiler {
             return Outcome::Refused;
         };
         let w = range([given[0][3], given[1][3], given[2][3]]);
-        let seen = Seen::Small(found, &given, Taken { exponent, w, seen: found.bounds });
+        let taken = Taken { exponent, w, seen: found.bounds, whole: true };
         self.scratch.is_set_up = false;
-        self.fill(polygon, seen, found.into(), shader, target, depth);
-        Outcome::Drawn
+        self.fill(polygon, Seen::Small(found, &given, taken), found.into(), shader, target, depth)
     }
 }
 

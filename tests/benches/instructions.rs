@@ -14,6 +14,7 @@ mod scenes;
 use std::f64::consts::TAU;
 use std::hint::black_box;
 
+use hyperspan::depth::DepthBounds;
 use hyperspan::polygon::Vertex;
 use hyperspan::shade::BLOCK;
 use hyperspan::simd::Simd;
@@ -23,7 +24,7 @@ use hyperspan::texture::Texture;
 use hyperspan::tiler::{Precision, Tiler};
 use quad::{Bits, Quad, Slope};
 use scenes::TEXTURE_SIDE;
-use scenes::draw::{Coloured, Textured};
+use scenes::draw::{Coloured, Stage, Textured};
 
 const SIZE: (u32, u32) = (1920, 1080);
 /// Rows of blocks are drawn, `COUNT` in each.
@@ -51,8 +52,22 @@ fn main() {
         "quad" => polygons(&mut tiler, 4, count),
         "octagon" => polygons(&mut tiler, 8, count),
         "sliver" => slivers(&mut tiler, count),
-        other => panic!("{other} is none of the cases"),
+        scene => frames(scene, precision, simd, count),
     }
+}
+
+/// Frames of a scene of tests/scenes; the depth buffer has bounds if the name ends in `+bounds`.
+fn frames(name: &str, precision: Precision, simd: Simd, count: u32) {
+    let (name, bounded) = match name.strip_suffix("+bounds") {
+        Some(name) => (name, true),
+        None => (name, false),
+    };
+    let all = scenes::all((960, 540));
+    let scene = all.iter().find(|scene| scene.name == name).expect("a case or a scene");
+    let mut stage = Stage::new(scene, precision, simd);
+    stage.bounds = bounded.then(DepthBounds::new);
+    (0..count).for_each(|_| stage.draw());
+    black_box(stage.colour);
 }
 
 /// Some rows of a picture, of which `width` pixels are drawn.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use hyperspan::camera::transform;
-use hyperspan::depth::DepthTest;
+use hyperspan::depth::{DepthBounds, DepthTest};
 use hyperspan::polygon::Polygon;
 use hyperspan::shade::{BLOCK, Block, Inputs, Shader, unorm8};
 use hyperspan::simd::Simd;
@@ -92,6 +92,8 @@ pub(crate) struct Stage<'a> {
     pub(crate) clip: Vec<[f64; 4]>,
     pub(crate) colour: Vec<[u8; 4]>,
     pub(crate) depth: Vec<f32>,
+    /// Of the depths of whole frames, if they are to have any.
+    pub(crate) bounds: Option<DepthBounds>,
 }
 
 impl<'a> Stage<'a> {
@@ -108,6 +110,7 @@ impl<'a> Stage<'a> {
             clip: vec![[0.0; 4]; scene.corners.len()],
             colour: vec![[0; 4]; area],
             depth: vec![0.0; area],
+            bounds: None,
         }
     }
 
@@ -122,6 +125,9 @@ impl<'a> Stage<'a> {
     pub(crate) fn clear(&mut self) {
         self.colour.fill([0; 4]);
         self.depth.fill(1.0);
+        if let Some(bounds) = &mut self.bounds {
+            bounds.clear();
+        }
     }
 
     pub(crate) fn transform(&mut self) {
@@ -132,13 +138,16 @@ impl<'a> Stage<'a> {
 
     /// The pixels of a rectangle, as a crop of the picture.
     pub(crate) fn draw_part(&mut self, [x, y]: [u32; 2], [width, height]: [u32; 2]) {
-        let Self { scene, tiler, textures, clip, colour, depth } = self;
+        let Self { scene, tiler, textures, clip, colour, depth, bounds } = self;
         let stride = scene.size.0 as usize;
         let first = y as usize * stride + x as usize;
         let mut target = Plane::with_stride(&mut colour[first..], width, height, stride)
             .expect("a part of the picture");
         let mut depth = Plane::with_stride(&mut depth[first..], width, height, stride)
             .expect("a part of the picture");
+        if let Some(bounds) = bounds.as_mut().filter(|_| (width, height) == scene.size) {
+            depth = depth.with_bounds(bounds);
+        }
         tiler.set_origin(x.cast_signed(), y.cast_signed());
         for face in &scene.faces {
             let depth = Some(&mut depth);
