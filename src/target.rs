@@ -132,7 +132,8 @@ impl<'a, P: Copy> Plane<'a, P> {
         let Self { data, width, height, stride, bounds } = self;
         let row = row.min(height);
         let (above, below) = data.split_at_mut((row as usize * stride).min(data.len()));
-        let (bounds_above, bounds_below) = bounds.and_then(|rows| rows.split_at_row(row)).unzip();
+        let (bounds_above, bounds_below) =
+            bounds.and_then(|rows| rows.split_at_row(row, height)).unzip();
         (
             Self { data: above, width, height: row, stride, bounds: bounds_above },
             Self { data: below, width, height: height - row, stride, bounds: bounds_below },

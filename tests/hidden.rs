@@ -7,7 +7,8 @@ mod oracle;
 
 use hyperspan::depth::{Compare, DepthBounds, DepthSource, DepthTest};
 use hyperspan::draw::{Frame, Polygons, Screen, With};
-use hyperspan::shade::{BLOCK, Block, Inputs, Shader};
+use hyperspan::polygon::Vertex;
+use hyperspan::shade::{BLOCK, Block, Inputs, Shader, Solid};
 use hyperspan::space::{DepthRange, Grid};
 use hyperspan::target::DepthBuffer;
 use hyperspan::{Outcome, Plane, Precision, Simd, Tiler, Viewport};
@@ -323,4 +324,31 @@ fn hidden_surfaces_left_out_of_draw_lists_change_no_byte() {
         Ok(())
     });
     hidden.report("pixels hidden in lists", 100 * cases);
+}
+
+/// The last row of tiles was cut, and its bounds taken for those of the part above: what was drawn
+/// below it did not count.
+#[test]
+fn hidden_surfaces_where_the_last_tiles_are_cut() {
+    const SIZE: [u32; 2] = [16, 48];
+    let viewport = Viewport::new(0, 0, SIZE[0], SIZE[1]).expect("small");
+    let cover = |z: f64| {
+        let corner = |x: f64, y: f64| Vertex::new([x, y, z, 1.0], []);
+        [corner(-1.0, -1.0), corner(3.0, -1.0), corner(-1.0, 3.0)]
+    };
+    let (mut colour, mut depths) = ([0; 768], [1.0; 768]);
+    let mut bounds = DepthBounds::new();
+    let mut tiler = Tiler::new(viewport);
+    let whole = Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size");
+    let (mut above, _) = whole.with_bounds(&mut bounds).split_at_row(40);
+    let mut target = Plane::new(&mut colour, SIZE[0], 40).expect("its size");
+    tiler.draw(&cover(0.25), &mut Solid(1), &mut target, Some(&mut above));
+    // Hidden, so that the depths are looked at.
+    tiler.draw(&cover(0.5), &mut Solid(3), &mut target, Some(&mut above));
+    let mut target = Plane::new(&mut colour, SIZE[0], SIZE[1]).expect("its size");
+    let whole = Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size");
+    let mut whole = whole.with_bounds(&mut bounds);
+    tiler.draw(&cover(0.5), &mut Solid(2), &mut target, Some(&mut whole));
+    let expected = |i: usize| if i < 40 * 16 { 1 } else { 2 };
+    assert!((0..colour.len()).all(|i| colour[i] == expected(i)), "{colour:?}");
 }

@@ -118,12 +118,12 @@ impl<'a> TileRows<'a> {
         TileRows { columns: self.columns, tiles: self.tiles }
     }
 
-    /// The bounds of the rows above `row` and of the others; nothing if it cuts tiles: then
-    /// nothing is known of any, from now on.
-    pub(crate) fn split_at_row(self, row: u32) -> Option<(Self, Self)> {
+    /// The bounds of the rows above `row` and of the others, of `height` in all; nothing if it cuts
+    /// tiles: then nothing is known of any, from now on.
+    pub(crate) fn split_at_row(self, row: u32, height: u32) -> Option<(Self, Self)> {
         let Self { columns, tiles } = self;
         let at = (row.div_ceil(SIDE) as usize).saturating_mul(columns).min(tiles.len());
-        if !row.is_multiple_of(SIDE) && at < tiles.len() {
+        if !row.is_multiple_of(SIDE) && row < height {
             tiles.fill(Tile::UNKNOWN);
             return None;
         }
