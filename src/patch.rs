@@ -79,6 +79,20 @@ impl Patches {
         Some(Self { first, columns: width, rows, pixels_of_box, count, masks: [0; MOST] })
     }
 
+    /// Does the triangle of these vertices, with 16 fraction bits, cover the pixel at column and row
+    /// `pixel`, whose centre is the only one in its bounding box? `front`: counter-clockwise with y up.
+    #[inline(always)]
+    pub(crate) fn covers_pixel(
+        [column, row]: [i32; 2],
+        [[ax, ay], [bx, by], [cx, cy]]: [[i32; 2]; 3],
+        front: bool,
+    ) -> bool {
+        let (x, y) = (Subpixel::centre_bits(column), Subpixel::centre_bits(row));
+        let (a, b, c) = ([ax - x, ay - y], [bx - x, by - y], [cx - x, cy - y]);
+        let (b, c) = if front { (c, b) } else { (b, c) };
+        Edge::new(a, b).start | Edge::new(b, c).start | Edge::new(c, a).start >= 0
+    }
+
     /// Finds what the triangle covers within `window`: `vertices` from the first pixel's centre,
     /// with 16 fraction bits. `front`: counter-clockwise with y up. Returns pixels and spans.
     #[inline(always)]

@@ -31,8 +31,8 @@ use crate::tiler::keep::Keep;
 /// Bands for each thread: enough that none has to wait for long at the end.
 const BANDS_PER_THREAD: usize = 8;
 
-/// Rows of a band are a multiple of this.
-const ROW_STEP: usize = 16;
+/// Rows of a band are a multiple of this, so that none cuts a tile of depth bounds.
+const ROW_STEP: u32 = 16;
 
 /// Draws lists of polygons; keeps its buffers from one frame to the next, so that a frame like the
 /// one before allocates nothing.
@@ -199,11 +199,8 @@ impl Frame {
 
 impl Bands {
     fn of(height: u32, threads: usize, origin: [i32; 2]) -> Self {
-        let height = height as usize;
-        let rows = height.div_ceil(threads * BANDS_PER_THREAD).next_multiple_of(ROW_STEP);
-        let rows = rows.max(ROW_STEP);
-        // No canvas is higher than a u32.
-        let all = u32::try_from(rows).unwrap_or(u32::MAX);
-        Self { count: height.div_ceil(rows), rows: all, origin }
+        let bands = u32::try_from(threads * BANDS_PER_THREAD).unwrap_or(u32::MAX);
+        let rows = height.div_ceil(bands).max(1).next_multiple_of(ROW_STEP);
+        Self { count: height.div_ceil(rows) as usize, rows, origin }
     }
 }

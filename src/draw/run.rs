@@ -3,7 +3,7 @@
 use super::bins::{Bins, Entries};
 use super::call::{Call, Painting, Sorting};
 use super::canvas::Canvas;
-use super::{Bands, Chunk, Hand};
+use super::{Bands, Chunk, Hand, ROW_STEP};
 use crate::space::PixelRect;
 
 /// A thread's own, which it takes for as long as it works on a chunk or a band.
@@ -123,9 +123,6 @@ impl<C: Canvas> Painter<'_, C> {
 
     /// Two parts of about as much work, unless `part` is for one thread.
     fn cut(&self, part: Part) -> Option<(Part, Part)> {
-        /// Rows that are not cut any more.
-        const FEW_ROWS: u32 = 4;
-
         let Part { first_band, end_band, first_row, end_row } = part;
         if end_band - first_band > 1 {
             let all: usize = (first_band..end_band).map(|band| self.weight(band)).sum();
@@ -140,10 +137,12 @@ impl<C: Canvas> Painter<'_, C> {
                 Part { first_band: middle, first_row: row, ..part },
             ));
         }
-        let share =
-            self.weight(first_band) / (self.bands.rows / (end_row - first_row)).max(1) as usize;
-        if self.workers.len() > 1 && share > self.fair && end_row - first_row >= 2 * FEW_ROWS {
-            let row = first_row.midpoint(end_row);
+        // A part of a band is a part of the work, and whole steps of rows.
+        let steps = (end_row - first_row).div_ceil(ROW_STEP);
+        let all_steps = (self.bands.rows / ROW_STEP).max(1);
+        let share = self.weight(first_band) * steps as usize / all_steps as usize;
+        if self.workers.len() > 1 && share > self.fair && steps > 1 {
+            let row = first_row + steps / 2 * ROW_STEP;
             return Some((Part { end_row: row, ..part }, Part { first_row: row, ..part }));
         }
         None

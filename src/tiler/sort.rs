@@ -41,6 +41,7 @@ impl Tiler {
         let (mut low, mut high, mut within) = (first.bits, first.bits, first.within);
         let [fx, fy] = first.bits;
         let mut last = [0; 2];
+        let (mut second, mut third) = ([0; 2], [0; 2]);
         // Twice the area; each term is below 2^61.
         let mut area = 0_i128;
         for i in 1..n {
@@ -53,6 +54,7 @@ impl Tiler {
             let wide = |a: i32, b: i32| i64::from(a).wrapping_mul(b.into());
             area += i128::from(wide(last[1], to[0]).wrapping_sub(wide(last[0], to[1])));
             last = to;
+            (second, third) = (third, [x, y]);
         }
         // Only a crossing polygon covers anything without an area.
         if !within || area == 0 && n > 3 {
@@ -72,6 +74,14 @@ impl Tiler {
             y1: Subpixel::first_centre_of(high[1]).saturating_add(corner.y0),
         };
         let is_small = n == 3 && Patches::are_few(bounds);
+        if is_small && bounds.x1 - bounds.x0 == 1 && bounds.y1 - bounds.y0 == 1 {
+            // Most triangles of a fine mesh end here: between the centres.
+            let corners = [[fx, fy], second, third];
+            let pixel = [bounds.x0 - corner.x0, bounds.y0 - corner.y0];
+            if !Patches::covers_pixel(pixel, corners, area > 0) {
+                return (Outcome::Drawn, None);
+            }
+        }
         (Outcome::Drawn, Rows::of(bounds.intersect(window), !is_small))
     }
 
