@@ -163,7 +163,8 @@ impl Tiler {
         let first = nearest_f32(right_depth(triangle.position(0), source, self.viewport));
         if self.hides && buffer.may_hide(area, first, compare) {
             let positions = &positions_of(triangle);
-            let bits = placed.map(|vertex| vertex.bits);
+            let [a, b, c] = placed;
+            let bits = [a.bits, b.bits, c.bits];
             depths = Corners { positions, bits, exponent: 0 }.depths(source, self.viewport);
             if buffer.hides(area, depths, compare) {
                 return true;
