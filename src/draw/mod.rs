@@ -96,7 +96,8 @@ impl Frame {
 
     /// Whether all threads of the pool of `rayon` draw in which [`draw`](Self::draw) is called (the
     /// caller's own, by its `install`, or else the global one), or just the caller. No bit depends
-    /// on it. Without the feature `parallel` there is but one thread.
+    /// on it. Without the feature `parallel` there is but one thread. Shaders must not wait for work of
+    /// the same pool: a thread that has a band would be given another one.
     pub fn set_parallel(&mut self, parallel: bool) -> &mut Self {
         self.parallel = parallel;
         self
