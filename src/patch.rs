@@ -289,12 +289,13 @@ static OFFSETS: [[[u8; 2]; BLOCK]; BLOCK + 1] = {
 };
 
 const fn places(rows: bool) -> [[f64; BLOCK]; BLOCK + 1] {
+    let whole = whole(rows);
     let mut places = [[0.0; BLOCK]; BLOCK + 1];
     let mut columns = 1;
     while columns <= BLOCK {
         let mut lane = 0;
         while lane < BLOCK {
-            places[columns][lane] = (if rows { lane / columns } else { lane % columns }) as f64;
+            places[columns][lane] = whole[columns][lane] as f64;
             lane += 1;
         }
         columns += 1;
