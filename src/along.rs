@@ -9,8 +9,8 @@
 
 use fearless_simd::{Simd, SimdBase, SimdNarrow, SimdWiden, f64x4};
 
-use crate::gradient::Plain;
 use crate::gradient::frame::Linear;
+use crate::gradient::{Plain, nearest_f32};
 use crate::lanes::{Narrow, Wide};
 
 /// The lane in the middle: no lane is farther from it.
@@ -57,10 +57,18 @@ impl OnRow {
     #[inline(always)]
     pub(crate) fn lanes<S: Simd>(self, simd: S, middle: f64, near: bool) -> Narrow<S> {
         if near {
-            let value = f64x4::splat(simd, self.at(middle));
-            return Middles::of(value).lanes(simd, 0, off_middle(simd, self.step));
+            return self.near(simd, middle, off_middle(simd, self.step));
         }
         self.wide(simd, middle).narrow()
+    }
+
+    /// At the 16 columns around `middle`, which are near each other.
+    #[inline(always)]
+    pub(crate) fn near<S: Simd>(self, simd: S, middle: f64, off_middle: Narrow<S>) -> Narrow<S> {
+        let value = self.at(middle);
+        let nearest = nearest_f32(value);
+        let rest = nearest_f32(value - f64::from(nearest));
+        Narrow::splat(simd, nearest) + (Narrow::splat(simd, rest) + off_middle)
     }
 
     /// The same in `f64`.
@@ -112,10 +120,22 @@ impl Middles {
         middles
     }
 
+    /// The same of twice as many.
+    #[inline(always)]
+    pub(crate) fn of_two<S: Simd>(low: f64x4<S>, high: f64x4<S>) -> Self {
+        let nearest = low.narrow(high);
+        let (low_nearest, high_nearest) = nearest.widen();
+        let rest = (low - low_nearest).narrow(high - high_nearest);
+        let mut middles = Self::none();
+        nearest.store_array(&mut middles.nearest);
+        rest.store_array(&mut middles.rest);
+        middles
+    }
+
     /// Value `i` in all lanes.
     #[inline(always)]
     pub(crate) fn lanes<S: Simd>(&self, simd: S, i: usize, off_middle: Narrow<S>) -> Narrow<S> {
-        let i = i % AHEAD;
+        let i = i % (2 * AHEAD);
         Narrow::splat(simd, self.nearest[i]) + (Narrow::splat(simd, self.rest[i]) + off_middle)
     }
 }

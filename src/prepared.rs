@@ -12,7 +12,7 @@ use crate::along::{
 };
 use crate::doubt::{Doubt, LARGEST_Q};
 use crate::gradient::frame::Linear;
-use crate::gradient::{Field, Gradients, Plain, Quantity, Strict};
+use crate::gradient::{Field, Gradients, Plain, Quantity, Strict, nearest_f32};
 use crate::lanes::{Narrow, Wide, WideMask, bits_of, clamp_numbers};
 use crate::shade::BLOCK;
 
@@ -45,6 +45,10 @@ enum Kind<S: Simd> {
         /// Where the middle is within these, all lanes are near each other, and none needs to be
         /// clamped.
         within: [f64; 2],
+        /// From here on lanes are near each other.
+        near: f64,
+        /// Below this a value has yet to be found.
+        doubtful_below: f64,
     },
     /// Each lane by itself: 1/w has to scale with w, down to where `f32` holds no small part of it.
     Each,
@@ -68,7 +72,9 @@ impl<S: Simd> Tested<S> {
                 let (near, inside) = (least_for_depth(plain), low + reach);
                 let within = [if near > inside { near } else { inside }, high - reach];
                 let off_middle = off_middle(simd, function.x);
-                (function, plain.range, Kind::Plain { off_middle, within })
+                let kind =
+                    Kind::Plain { off_middle, within, near, doubtful_below: plain.doubtful_below };
+                (function, plain.range, kind)
             }
             Field::Strict(strict) if !strict.over_w => {
                 let least = Doubt::of_scaled(strict, gradients.det_relative_error)?.least(0.0);
@@ -110,6 +116,26 @@ impl<S: Simd> Tested<S> {
         (Middles::of(values), good.to_bitmask().trailing_ones() as usize)
     }
 
+    /// What is tested around `middle`, if that is all: by its block, or in a polygon that is `narrow`
+    /// each lane by itself.
+    #[inline(always)]
+    pub(crate) fn find_one(&self, simd: S, middle: f64, narrow: bool) -> Option<Narrow<S>> {
+        let Kind::Plain { off_middle, near, doubtful_below, .. } = self.kind else { return None };
+        let value = if narrow {
+            let value = self.on_row.wide(simd, middle);
+            if doubtful_below > 0.0 && value.abs().below(Wide::splat(simd, doubtful_below)) != 0 {
+                return None;
+            }
+            value.narrow()
+        } else {
+            if self.on_row.at(middle).abs() < near {
+                return None;
+            }
+            self.on_row.near(simd, middle, off_middle)
+        };
+        Some(clamp_numbers(value, self.low, self.high))
+    }
+
     /// For [`Middles::lanes`], if that is all.
     #[inline(always)]
     pub(crate) fn off_middle(&self) -> Option<Narrow<S>> {
@@ -142,6 +168,38 @@ impl<S: Simd> Tested<S> {
     }
 }
 
+/// Those of functions that are found together, four at a time.
+#[derive(Clone, Copy, Debug, Default)]
+struct Coefficients {
+    x: [f64; FUNCTIONS],
+    y: [f64; FUNCTIONS],
+    c: [f64; FUNCTIONS],
+}
+
+/// So many are.
+const HALF: usize = FUNCTIONS / 2;
+
+impl Coefficients {
+    #[inline(always)]
+    fn set(&mut self, i: usize, Linear { x, y, c }: Linear) {
+        (self.x[i], self.y[i], self.c[i]) = (x, y, c);
+    }
+}
+
+/// `start` + `step` `u`, of the functions from `first` on.
+#[inline(always)]
+fn four_of<S: Simd>(
+    simd: S,
+    start: &[f64; FUNCTIONS],
+    step: &[f64; FUNCTIONS],
+    u: f64,
+    first: usize,
+) -> f64x4<S> {
+    let four = first..first + HALF;
+    let (start, step) = (&start[four.clone()], &step[four]);
+    f64x4::from_slice(simd, start) + f64x4::from_slice(simd, step) * f64x4::splat(simd, u)
+}
+
 /// How numerators become values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Divided {
@@ -157,7 +215,7 @@ enum Divided {
 pub(crate) struct Prepared<S: Simd> {
     divided: Divided,
     /// Q, and the numerators; as coefficients, and on the row.
-    functions: [Linear; FUNCTIONS],
+    functions: Coefficients,
     starts: [f64; FUNCTIONS],
     steps: [f64; FUNCTIONS],
     off_middle: [Narrow<S>; FUNCTIONS],
@@ -165,6 +223,8 @@ pub(crate) struct Prepared<S: Simd> {
     high: [Narrow<S>; FUNCTIONS],
     /// What Q must be in a block's middle.
     least_q: f64,
+    /// Is the polygon no wider than a block? Then each lane is found by itself.
+    narrow: bool,
     /// Are all constant? They were filled in.
     filled: bool,
     /// What strict attributes have beside; nothing of it is for plain ones.
@@ -181,13 +241,14 @@ impl<S: Simd> Prepared<S> {
         let zeros = [Narrow::splat(simd, 0.0); FUNCTIONS];
         Self {
             divided: Divided::Not,
-            functions: [Linear::default(); FUNCTIONS],
+            functions: Coefficients::default(),
             starts: [0.0; FUNCTIONS],
             steps: [0.0; FUNCTIONS],
             off_middle: zeros,
             low: zeros,
             high: zeros,
             least_q: 0.0,
+            narrow: false,
             filled: false,
             strict: false,
             bases: [0.0; FUNCTIONS],
@@ -198,7 +259,7 @@ impl<S: Simd> Prepared<S> {
 
     /// Prepares the polygon's attributes, if they can be.
     #[inline(always)]
-    pub(crate) fn set(&mut self, simd: S, gradients: &Gradients) -> bool {
+    pub(crate) fn set(&mut self, simd: S, gradients: &Gradients, narrow: bool) -> bool {
         let (fields, q) = (&gradients.attributes, &gradients.unit_q);
         if fields.len() >= FUNCTIONS {
             return false;
@@ -211,12 +272,17 @@ impl<S: Simd> Prepared<S> {
         let over_w = fields.iter().any(over_w);
         self.filled = fields.iter().all(|field| matches!(field, Field::Constant(_)));
         self.strict = fields.iter().any(|field| matches!(field, Field::Strict(_)));
+        self.narrow = narrow;
+        if narrow && self.strict {
+            return false;
+        }
         self.divided = match (over_w, q.x == 0.0) {
             (false, _) => Divided::Not,
             (true, true) => Divided::ByRow,
             (true, false) => Divided::ByLane,
         };
         self.least_q = match (self.strict, self.divided) {
+            _ if narrow => f64::NEG_INFINITY,
             (false, Divided::Not) => f64::NEG_INFINITY,
             (false, _) => least_for_q(q.x),
             (true, _) => match Doubt::least_q(gradients) {
@@ -252,6 +318,7 @@ impl<S: Simd> Prepared<S> {
     fn set_plain(&mut self, simd: S, i: usize, plain: &Plain, q_step: f64) -> bool {
         self.set_function(simd, i, plain.numerator, plain.range);
         let least_q = match self.divided {
+            _ if self.narrow => f64::NEG_INFINITY,
             Divided::Not if always_near(plain) => f64::NEG_INFINITY,
             Divided::Not => return false,
             Divided::ByRow => least_for_row(plain),
@@ -278,9 +345,9 @@ impl<S: Simd> Prepared<S> {
 
     #[inline(always)]
     fn set_function(&mut self, simd: S, i: usize, function: Linear, [low, high]: [f32; 2]) {
-        self.functions[i] = function;
+        self.functions.set(i, function);
         self.steps[i] = function.x;
-        if self.divided != Divided::ByRow && !self.strict {
+        if self.divided != Divided::ByRow && !self.strict && !self.narrow {
             self.off_middle[i] = off_middle(simd, function.x);
         }
         (self.low[i], self.high[i]) = (Narrow::splat(simd, low), Narrow::splat(simd, high));
@@ -292,10 +359,13 @@ impl<S: Simd> Prepared<S> {
         if self.filled {
             return true;
         }
-        for i in 0..=count {
-            self.starts[i] = self.functions[i].row(v);
+        let Coefficients { c, y, .. } = &self.functions;
+        let four = four_of(simd, c, y, v, 0);
+        four.store_slice(&mut self.starts[..HALF]);
+        if count >= HALF {
+            four_of(simd, c, y, v, HALF).store_slice(&mut self.starts[HALF..]);
         }
-        if self.divided == Divided::ByRow {
+        if self.divided == Divided::ByRow && !self.narrow {
             let q = self.starts[0];
             if q < self.least_q {
                 return false;
@@ -306,7 +376,7 @@ impl<S: Simd> Prepared<S> {
                 return true;
             }
             for i in 1..=count {
-                let on_row = OnRow::of(&self.functions[i], v).times(r);
+                let on_row = OnRow { start: self.starts[i], step: self.functions.x[i] }.times(r);
                 (self.starts[i], self.steps[i]) = (on_row.start, on_row.step);
                 self.off_middle[i] = off_middle(simd, on_row.step);
             }
@@ -354,6 +424,57 @@ impl<S: Simd> Prepared<S> {
             }
         }
         good.to_bitmask().trailing_ones() as usize
+    }
+
+    /// The same of one block, of plain attributes. Is it good?
+    #[inline(always)]
+    pub(crate) fn find_one(
+        &self,
+        simd: S,
+        count: usize,
+        middle: f64,
+        lanes: &mut [[f32; BLOCK]],
+    ) -> bool {
+        if self.filled {
+            return true;
+        }
+        if self.narrow {
+            self.find_each(simd, count, middle, lanes);
+            return true;
+        }
+        if self.strict || self.on_row(0).at(middle) < self.least_q {
+            return false;
+        }
+        let four = four_of(simd, &self.starts, &self.steps, middle, 0);
+        let at_middle = if count < HALF {
+            Middles::of(four)
+        } else {
+            Middles::of_two(four, four_of(simd, &self.starts, &self.steps, middle, HALF))
+        };
+        let mut r = Narrow::splat(simd, 1.0);
+        if self.divided == Divided::ByLane {
+            r = r / at_middle.lanes(simd, 0, self.off_middle[0]);
+        }
+        for (i, lanes) in (1..FUNCTIONS).zip(lanes).take(count) {
+            let value = at_middle.lanes(simd, i, self.off_middle[i]) * r;
+            clamp_numbers(value, self.low[i], self.high[i]).store_array(lanes);
+        }
+        true
+    }
+
+    /// The same of a narrow polygon.
+    #[inline(always)]
+    fn find_each(&self, simd: S, count: usize, middle: f64, lanes: &mut [[f32; BLOCK]]) {
+        let one = Narrow::splat(simd, 1.0);
+        let r = match self.divided {
+            Divided::Not => one,
+            Divided::ByRow => Narrow::splat(simd, 1.0 / nearest_f32(self.starts[0])),
+            Divided::ByLane => one / self.on_row(0).wide(simd, middle).narrow(),
+        };
+        for (i, lanes) in (1..FUNCTIONS).zip(lanes).take(count) {
+            let value = self.on_row(i).wide(simd, middle).narrow() * r;
+            clamp_numbers(value, self.low[i], self.high[i]).store_array(lanes);
+        }
     }
 
     /// The same of strict attributes.

@@ -21,6 +21,9 @@ use crate::settle::Walked;
 use crate::shade::BLOCK;
 use crate::span::{InRow, Values, Walker};
 
+/// Polygons of fewer columns have few blocks in a row.
+const SHORT: i32 = 64;
+
 /// What is known of the attributes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Attributes {
@@ -39,8 +42,10 @@ enum Attributes {
 /// Finds values along spans, block by block.
 pub(crate) struct AlongSpans<'a, S: Simd> {
     walker: Walker<'a, S, InRow>,
-    /// Is the polygon wider than a block?
-    wide: bool,
+    /// Is the polygon no wider than a block?
+    pub(crate) narrow: bool,
+    /// So little that blocks are rather looked at one by one?
+    pub(crate) short: bool,
     pub(crate) tested: Option<Tested<S>>,
     pub(crate) prepared: Prepared<S>,
     attributes: Attributes,
@@ -51,15 +56,16 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, polygon: Walked<'a>, tested: Option<Quantity>) -> Self {
         let [first, last] = polygon.subject.columns;
-        let wide = last - first >= BLOCK as i32;
-        let tested = tested.filter(|_| wide);
+        let narrow = last - first < BLOCK as i32;
         let tested = tested.and_then(|quantity| Tested::new(simd, polygon.gradients, quantity));
+        let short = last - first < SHORT;
         Self {
             walker: Walker::along_spans(simd, polygon),
-            wide,
+            narrow,
+            short,
             tested,
             prepared: Prepared::none(simd),
-            attributes: if wide { Attributes::Unknown } else { Attributes::General },
+            attributes: Attributes::Unknown,
         }
     }
 
@@ -141,7 +147,7 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
         let simd = self.walker.simd;
         if self.attributes == Attributes::Unknown {
             self.walker.need_attributes(lanes);
-            if !self.prepared.set(simd, self.walker.polygon.gradients) {
+            if !self.prepared.set(simd, self.walker.polygon.gradients, self.narrow) {
                 self.attributes = Attributes::General;
                 return;
             }
@@ -220,7 +226,7 @@ impl<S: Simd> Values for AlongSpans<'_, S> {
             #[inline(always)]
             || {
                 let field = self.walker.polygon.gradients.field(quantity).copied();
-                let by_blocks = self.wide && quantity == Quantity::Depth;
+                let by_blocks = !self.narrow && quantity == Quantity::Depth;
                 let Some(Field::Plain(plain)) = field.filter(|_| by_blocks) else {
                     return self.walker.evaluate(quantity, span, mask, out);
                 };
@@ -247,10 +253,10 @@ impl<S: Simd> Values for AlongSpans<'_, S> {
         simd.vectorize(
             #[inline(always)]
             || {
-                if self.wide {
-                    self.each_attribute(span, mask, lanes);
-                } else {
+                if self.narrow {
                     self.walker.evaluate_attributes(span, mask, lanes);
+                } else {
+                    self.each_attribute(span, mask, lanes);
                 }
             },
         );

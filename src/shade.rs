@@ -121,7 +121,7 @@ impl Fragment<'_> {
 /// Turns blocks of 16 pixels into what a target stores.
 pub trait Shader {
     /// What it makes of a pixel; see [`Target::Pixel`](crate::target::Target::Pixel).
-    type Pixel: Copy + Default;
+    type Pixel: Copy + Default + 'static;
 
     /// What it reads.
     const INPUTS: Inputs = Inputs::ALL;
@@ -145,7 +145,7 @@ pub trait Shader {
 }
 
 /// A closure that is called for each pixel that passes.
-impl<P: Copy + Default, F: FnMut(&Fragment<'_>) -> P> Shader for F {
+impl<P: Copy + Default + 'static, F: FnMut(&Fragment<'_>) -> P> Shader for F {
     type Pixel = P;
 
     #[inline(always)]
@@ -164,7 +164,7 @@ impl<P: Copy + Default, F: FnMut(&Fragment<'_>) -> P> Shader for F {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Solid<P>(pub P);
 
-impl<P: Copy + Default> Shader for Solid<P> {
+impl<P: Copy + Default + 'static> Shader for Solid<P> {
     type Pixel = P;
     const INPUTS: Inputs = Inputs::COVERAGE;
 

@@ -11,7 +11,7 @@ use crate::shade::BLOCK;
 /// at once. `()` stores nothing and has no bounds: it leaves depth only.
 pub trait Target {
     /// What a shader hands over for a pixel.
-    type Pixel: Copy + Default;
+    type Pixel: Copy + Default + 'static;
 
     /// (width, height) in pixels; nothing is written beyond.
     fn size(&self) -> (u32, u32);
@@ -214,7 +214,7 @@ impl<'a> From<&'a mut image::ImageBuffer<image::Luma<f32>, alloc::vec::Vec<f32>>
     }
 }
 
-impl<P: Copy + Default> Target for Plane<'_, P> {
+impl<P: Copy + Default + 'static> Target for Plane<'_, P> {
     type Pixel = P;
 
     fn size(&self) -> (u32, u32) {

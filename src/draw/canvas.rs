@@ -49,7 +49,7 @@ pub trait Rows: Target + Sized {
     fn clear(&mut self, pixel: Self::Pixel);
 }
 
-impl<P: Copy + Default> Rows for Plane<'_, P> {
+impl<P: Copy + Default + 'static> Rows for Plane<'_, P> {
     fn split_at_row(self, row: u32) -> (Self, Self) {
         Plane::split_at_row(self, row)
     }

@@ -3,7 +3,9 @@
 //! This is the part that is compiled for each shader, target and instruction set; all that
 //! comes before it is compiled once.
 
+mod part;
 mod patches;
+mod short;
 pub(crate) mod small;
 mod spans;
 

@@ -2,13 +2,13 @@
 
 use core::ops::Range;
 
-use fearless_simd::{Select as _, Simd, SimdBase};
+use fearless_simd::{Simd, SimdBase};
 
+use super::part::store_lanes;
 use super::{BlockAt, Canvas, passing_lanes, quantity_of};
 use crate::along::AHEAD;
 use crate::depth::DepthSource;
 use crate::edge::Span;
-use crate::lanes::{Narrow, lanes_of};
 use crate::prepared::FUNCTIONS;
 use crate::row::AlongSpans;
 use crate::shade::{BLOCK, Shader};
@@ -57,7 +57,12 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
             while i < row.blocks {
                 if within.contains(&i) {
                     let range = i..within.end;
-                    let done = self.paint_within(&mut walker, row, range, depths.as_deref_mut());
+                    let depths = depths.as_deref_mut();
+                    let done = if walker.short {
+                        self.paint_short(&mut walker, row, range, depths)
+                    } else {
+                        self.paint_within(&mut walker, row, range, depths)
+                    };
                     let done = i32::try_from(done).unwrap_or(0);
                     walker.advance(done);
                     i += done;
@@ -72,6 +77,17 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         (self.shaded, walker.exact_values())
     }
 
+    /// Is all that is asked for among what is prepared?
+    #[inline(always)]
+    pub(super) fn finds_all<L: Simd>(&self, walker: &AlongSpans<'_, L>, has_depth: bool) -> bool {
+        let (source, inputs) = (self.place.test.source, S::INPUTS);
+        let is_given = |of, reads: bool| !reads || has_depth && source == of;
+        is_given(DepthSource::Z, inputs.depth)
+            && is_given(DepthSource::InvW, inputs.inv_w)
+            && !inputs.w
+            && !(has_depth && walker.tested.is_none())
+    }
+
     /// Paints the blocks `range`, all of whose lanes lie in the target, covered or not; up to the
     /// first that is not prepared, or none if the target does not store pixels so. Returns how many.
     #[inline(always)]
@@ -83,25 +99,13 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         depths: Option<&mut [f32]>,
     ) -> usize {
         let (test, inputs) = (self.place.test, S::INPUTS);
-        let has_depth = depths.is_some();
-        let is = |source| has_depth && test.source == source;
+        let (has_depth, first_block) = (depths.is_some(), range.start);
         let (reads_z, reads_inv_w) = (inputs.depth, inputs.inv_w);
-        let given = (!reads_z || is(DepthSource::Z)) && (!reads_inv_w || is(DepthSource::InvW));
-        if !given || inputs.w || has_depth && walker.tested.is_none() {
+        if !self.finds_all(walker, has_depth) {
             return 0;
         }
-        let first_block = range.start;
-        let start = row.column_of(first_block, 0);
-        let count = (range.end - range.start).unsigned_abs() as usize;
-        let pixels = self.target.blocks(start, row.row, count);
-        if pixels.len() != count {
-            return 0;
-        }
-        let depths = depths.and_then(|depths| depths.get_mut(start as usize..));
-        let stored: &mut [[f32; BLOCK]] = depths.unwrap_or_default().as_chunks_mut().0;
-        if has_depth && stored.len() < count {
-            return 0;
-        }
+        let Some((pixels, stored)) = blocks(self.target, row, range, depths) else { return 0 };
+        let count = pixels.len();
         let simd = walker.simd();
         let mut middle = walker.middle();
         // The last block that is covered in part, if any is, and how far it is.
@@ -217,15 +221,11 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                     if !S::KEEPS_ALL {
                         mask &= kept;
                     }
-                    for (lane, (to, from)) in pixels.iter_mut().zip(part).enumerate() {
-                        *to = if mask >> lane & 1 == 0 { *to } else { from };
-                    }
+                    store_lanes(simd, mask, &part, pixels);
                     if test.write
                         && let Some(stored) = stored.get_mut(done + i)
                     {
-                        let new = Narrow::load_array_ref(simd, found);
-                        let old = Narrow::load_array_ref(simd, stored);
-                        lanes_of(simd, mask).select(new, old).store_array(stored);
+                        store_lanes(simd, mask, found, stored);
                     }
                 }
             }
@@ -284,6 +284,26 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
     }
 }
 
+/// The blocks `range` of a row, and their depths if there are any; nothing if the target does not
+/// store pixels so.
+#[expect(clippy::type_complexity, reason = "two slices")]
+#[inline(always)]
+pub(super) fn blocks<'a, T: Target>(
+    target: &'a mut T,
+    row: Row<'_>,
+    range: Range<i32>,
+    depths: Option<&'a mut [f32]>,
+) -> Option<(&'a mut [[T::Pixel; BLOCK]], &'a mut [[f32; BLOCK]])> {
+    let has_depth = depths.is_some();
+    let start = row.column_of(range.start, 0);
+    let count = (range.end - range.start).unsigned_abs() as usize;
+    let pixels = target.blocks(start, row.row, count);
+    let depths = depths.and_then(|depths| depths.get_mut(start as usize..));
+    let stored: &mut [[f32; BLOCK]] = depths.unwrap_or_default().as_chunks_mut().0;
+    let all = pixels.len() == count && (!has_depth || stored.len() >= count);
+    all.then_some((pixels, stored))
+}
+
 /// More spans than these need not be fetched at once: memory is ahead of them.
 const FETCHED: usize = 64;
 
@@ -306,10 +326,10 @@ fn fetch(depth: &DepthBuffer<'_>, spans: &[Span], [x, y]: [i32; 2]) {
 
 /// Where a span's blocks lie.
 #[derive(Clone, Copy)]
-struct Row<'a> {
-    span: &'a Span,
+pub(super) struct Row<'a> {
+    pub(super) span: &'a Span,
     /// Of the first block's lane 0, in the framebuffer.
-    first: [i32; 2],
+    pub(super) first: [i32; 2],
     /// Of the same, in the target; it may lie beyond it.
     column: i32,
     /// In the target.
@@ -329,13 +349,13 @@ impl Row<'_> {
 
     /// The framebuffer's column of block `i`.
     #[inline(always)]
-    fn column_at(self, i: i32) -> i32 {
+    pub(super) fn column_at(self, i: i32) -> i32 {
         self.first[0].wrapping_add(i * BLOCK_COLUMNS)
     }
 
     /// The covered lanes of block `i`.
     #[inline(always)]
-    fn mask(self, i: i32) -> u16 {
+    pub(super) fn mask(self, i: i32) -> u16 {
         let from = if i == 0 { self.from } else { u16::MAX };
         if i == self.blocks - 1 { from & self.to } else { from }
     }

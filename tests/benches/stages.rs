@@ -152,7 +152,7 @@ fn draw_all<const N: usize, S: Shader<Pixel = [u8; 4]>>(
 }
 
 /// Draws `quad` over all of the picture, once for each iteration; per pixel.
-fn draw_quad<const N: usize, S: Shader<Pixel = P>, P: Copy + Default>(
+fn draw_quad<const N: usize, S: Shader<Pixel = P>, P: Copy + Default + 'static>(
     tiler: &mut Tiler,
     quad: &Quad<N>,
     shader: &mut S,

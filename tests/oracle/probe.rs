@@ -27,7 +27,7 @@ impl<P: Copy> Sheet<P> {
     }
 }
 
-impl<P: Copy + Default> Target for Sheet<P> {
+impl<P: Copy + Default + 'static> Target for Sheet<P> {
     type Pixel = P;
 
     fn size(&self) -> (u32, u32) {

@@ -1,0 +1,92 @@
+//! Blocks of polygons that have few of them in a row: each by itself, all functions of its middle
+//! at the same time.
+
+use core::ops::Range;
+
+use fearless_simd::{Simd, SimdBase};
+
+use super::part::store_lanes;
+use super::spans::{Row, blocks};
+use super::{BlockAt, Canvas, passing_lanes};
+use crate::depth::DepthSource;
+use crate::prepared::FUNCTIONS;
+use crate::row::AlongSpans;
+use crate::shade::{BLOCK, Shader};
+use crate::span::Values;
+use crate::target::Target;
+
+impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
+    /// Paints the blocks `range`, all of whose lanes lie in the target, covered or not; up to the
+    /// first that is not prepared, or none if the target does not store pixels so. Returns how many.
+    #[inline(always)]
+    pub(super) fn paint_short<L: Simd>(
+        &mut self,
+        walker: &mut AlongSpans<'_, L>,
+        row: Row<'_>,
+        range: Range<i32>,
+        depths: Option<&mut [f32]>,
+    ) -> usize {
+        let (test, inputs) = (self.place.test, S::INPUTS);
+        let (has_depth, first_block) = (depths.is_some(), range.start);
+        if !self.finds_all(walker, has_depth) {
+            return 0;
+        }
+        let Some((pixels, stored)) = blocks(self.target, row, range, depths) else { return 0 };
+        let all = pixels.len();
+        let (simd, mut middle) = (walker.simd(), walker.middle());
+        let mut found = [0.0; BLOCK];
+        let mut count = inputs.attributes;
+        for (done, (block, pixels)) in (first_block..).zip(pixels).enumerate() {
+            let mut mask = row.mask(block);
+            if has_depth {
+                let Some(tested) = &walker.tested else { return done };
+                let new = tested.find_one(simd, middle, walker.narrow);
+                let (Some(new), Some(stored)) = (new, stored.get(done)) else { return done };
+                new.store_array(&mut found);
+                mask &= passing_lanes(simd, test.compare, &found, stored);
+            }
+            if mask != 0 {
+                if count != 0 {
+                    if !walker.prepare(self.lanes.attributes) {
+                        return done;
+                    }
+                    // Most shaders know how many they read.
+                    if count > FUNCTIONS {
+                        count = walker.attribute_count();
+                    } else if count != walker.attribute_count() {
+                        return done;
+                    }
+                    if !walker.prepared.find_one(simd, count, middle, self.lanes.attributes) {
+                        return done;
+                    }
+                }
+                match test.source {
+                    DepthSource::Z if inputs.depth => self.lanes.depth = found,
+                    DepthSource::InvW if inputs.inv_w => self.lanes.inv_w = found,
+                    _ => {}
+                }
+                self.shaded += u64::from(mask.count_ones());
+                let first = [row.column_at(block), row.first[1]];
+                let at = BlockAt { first, columns: 16, span: Some(row.span), mask };
+                let shaded = self.lanes.block(at, &self.lanes.attributes[..count]);
+                if S::KEEPS_ALL && mask == u16::MAX {
+                    self.shader.shade(&shaded, pixels);
+                } else {
+                    let mut part = [S::Pixel::default(); BLOCK];
+                    let kept = self.shader.shade(&shaded, &mut part);
+                    if !S::KEEPS_ALL {
+                        mask &= kept;
+                    }
+                    store_lanes(simd, mask, &part, pixels);
+                }
+                if test.write
+                    && let Some(stored) = stored.get_mut(done)
+                {
+                    store_lanes(simd, mask, &found, stored);
+                }
+            }
+            middle += BLOCK as f64;
+        }
+        all
+    }
+}
