@@ -53,6 +53,7 @@ pub mod error;
 pub mod simd;
 pub mod space;
 pub mod fixed;
+mod subnormal;
 mod exact;
 pub mod varying;
 pub mod placed;

@@ -116,24 +116,31 @@ impl<S: Simd> Tested<S> {
         (Middles::of(values), good.to_bitmask().trailing_ones() as usize)
     }
 
-    /// What is tested around `middle`, if that is all: by its block, or in a polygon that is `narrow`
-    /// each lane by itself.
+    /// What is tested around `middle`: by its block, unless the polygon is `narrow` or lanes are not
+    /// near each other, else each lane by itself. Nothing where it cannot be used; and the lanes that
+    /// are undecided.
     #[inline(always)]
-    pub(crate) fn find_one(&self, simd: S, middle: f64, narrow: bool) -> Option<Narrow<S>> {
-        let Kind::Plain { off_middle, near, doubtful_below, .. } = self.kind else { return None };
-        let value = if narrow {
-            let value = self.on_row.wide(simd, middle);
-            if doubtful_below > 0.0 && value.abs().below(Wide::splat(simd, doubtful_below)) != 0 {
-                return None;
+    pub(crate) fn find_one(&self, simd: S, middle: f64, narrow: bool) -> Option<(Narrow<S>, u16)> {
+        match self.kind {
+            Kind::Plain { off_middle, near, doubtful_below, .. } => {
+                if !narrow && self.on_row.at(middle).abs() >= near {
+                    let value = self.on_row.near(simd, middle, off_middle);
+                    return Some((clamp_numbers(value, self.low, self.high), 0));
+                }
+                let value = self.on_row.wide(simd, middle);
+                let mut undecided = 0;
+                if doubtful_below > 0.0 {
+                    undecided = value.abs().below(Wide::splat(simd, doubtful_below));
+                }
+                Some((clamp_numbers(value.narrow(), self.low, self.high), undecided))
             }
-            value.narrow()
-        } else {
-            if self.on_row.at(middle).abs() < near {
-                return None;
+            Kind::Each => Some(self.lanes(simd, &Middles::none(), 0, middle)),
+            Kind::Strict { .. } => {
+                let q = self.q_on_row;
+                (q.at(middle) >= self.least_q + MIDDLE * q.step.abs())
+                    .then(|| self.lanes(simd, &Middles::none(), 0, middle))
             }
-            self.on_row.near(simd, middle, off_middle)
-        };
-        Some(clamp_numbers(value, self.low, self.high))
+        }
     }
 
     /// For [`Middles::lanes`], if that is all.
@@ -221,7 +228,9 @@ pub(crate) struct Prepared<S: Simd> {
     off_middle: [Narrow<S>; FUNCTIONS],
     low: [Narrow<S>; FUNCTIONS],
     high: [Narrow<S>; FUNCTIONS],
-    /// What Q must be in a block's middle.
+    /// What Q must be in a block's middle for a function to go by the block; and the largest of these,
+    /// or what Q must be at all for strict attributes.
+    least: [f64; FUNCTIONS],
     least_q: f64,
     /// Is the polygon no wider than a block? Then each lane is found by itself.
     narrow: bool,
@@ -247,6 +256,7 @@ impl<S: Simd> Prepared<S> {
             off_middle: zeros,
             low: zeros,
             high: zeros,
+            least: [0.0; FUNCTIONS],
             least_q: 0.0,
             narrow: false,
             filled: false,
@@ -273,28 +283,27 @@ impl<S: Simd> Prepared<S> {
         self.filled = fields.iter().all(|field| matches!(field, Field::Constant(_)));
         self.strict = fields.iter().any(|field| matches!(field, Field::Strict(_)));
         self.narrow = narrow;
-        if narrow && self.strict {
-            return false;
-        }
         self.divided = match (over_w, q.x == 0.0) {
             (false, _) => Divided::Not,
             (true, true) => Divided::ByRow,
             (true, false) => Divided::ByLane,
         };
         self.least_q = match (self.strict, self.divided) {
-            _ if narrow => f64::NEG_INFINITY,
-            (false, Divided::Not) => f64::NEG_INFINITY,
-            (false, _) => least_for_q(q.x),
+            (false, _) if narrow => f64::INFINITY,
+            (false, Divided::ByLane) => least_for_q(q.x),
+            (false, _) => f64::NEG_INFINITY,
             (true, _) => match Doubt::least_q(gradients) {
                 Some(least) => least,
                 None => return false,
             },
         };
+        self.least[0] = self.least_q;
         self.set_function(simd, 0, *q, [0.0; 2]);
         for (i, field) in (1..).zip(fields) {
             let set = match field {
                 Field::Plain(plain) if plain.over_w == over_w && !self.strict => {
-                    self.set_plain(simd, i, plain, q.x)
+                    self.set_plain(simd, i, plain, q.x);
+                    true
                 }
                 Field::Strict(strict) if strict.over_w == over_w => {
                     self.set_strict(simd, i, strict, gradients)
@@ -302,6 +311,7 @@ impl<S: Simd> Prepared<S> {
                 // It is clamped to its value.
                 Field::Constant(value) if !value.is_nan() && value.to_bits() != NEGATIVE_ZERO => {
                     (self.bases[i], self.doubts[i]) = (0.0, Doubt::default());
+                    self.least[i] = f64::NEG_INFINITY;
                     self.set_function(simd, i, Linear::default(), [*value; 2]);
                     true
                 }
@@ -315,17 +325,17 @@ impl<S: Simd> Prepared<S> {
     }
 
     #[inline(always)]
-    fn set_plain(&mut self, simd: S, i: usize, plain: &Plain, q_step: f64) -> bool {
+    fn set_plain(&mut self, simd: S, i: usize, plain: &Plain, q_step: f64) {
         self.set_function(simd, i, plain.numerator, plain.range);
-        let least_q = match self.divided {
-            _ if self.narrow => f64::NEG_INFINITY,
+        let least = match self.divided {
+            _ if self.narrow => f64::INFINITY,
             Divided::Not if always_near(plain) => f64::NEG_INFINITY,
-            Divided::Not => return false,
+            Divided::Not => f64::INFINITY,
             Divided::ByRow => least_for_row(plain),
             Divided::ByLane => least_for_numerator(plain, q_step),
         };
-        self.least_q = if least_q > self.least_q { least_q } else { self.least_q };
-        true
+        self.least[i] = least;
+        self.least_q = if least > self.least_q { least } else { self.least_q };
     }
 
     #[inline(always)]
@@ -353,11 +363,11 @@ impl<S: Simd> Prepared<S> {
         (self.low[i], self.high[i]) = (Narrow::splat(simd, low), Narrow::splat(simd, high));
     }
 
-    /// Goes to the row `v` from the anchor, with `count` attributes. Says whether the row is good.
+    /// Goes to the row `v` from the anchor, with `count` attributes.
     #[inline(always)]
-    pub(crate) fn seek(&mut self, simd: S, count: usize, v: f64) -> bool {
+    pub(crate) fn seek(&mut self, simd: S, count: usize, v: f64) {
         if self.filled {
-            return true;
+            return;
         }
         let Coefficients { c, y, .. } = &self.functions;
         let four = four_of(simd, c, y, v, 0);
@@ -366,22 +376,14 @@ impl<S: Simd> Prepared<S> {
             four_of(simd, c, y, v, HALF).store_slice(&mut self.starts[HALF..]);
         }
         if self.divided == Divided::ByRow && !self.narrow {
-            let q = self.starts[0];
-            if q < self.least_q {
-                return false;
-            }
-            let r = 1.0 / q;
-            if self.strict {
-                self.r = r;
-                return true;
-            }
-            for i in 1..=count {
-                let on_row = OnRow { start: self.starts[i], step: self.functions.x[i] }.times(r);
+            self.r = 1.0 / self.starts[0];
+            for i in (1..=count).take_while(|_| !self.strict) {
+                let on_row = OnRow { start: self.starts[i], step: self.functions.x[i] };
+                let on_row = on_row.times(self.r);
                 (self.starts[i], self.steps[i]) = (on_row.start, on_row.step);
                 self.off_middle[i] = off_middle(simd, on_row.step);
             }
         }
-        true
     }
 
     /// The values of `count` attributes in the block around `middle` and the next ones: those of
@@ -426,24 +428,29 @@ impl<S: Simd> Prepared<S> {
         good.to_bitmask().trailing_ones() as usize
     }
 
-    /// The same of one block, of plain attributes. Is it good?
+    /// The same of one block, and those of its lanes in `mask` that are undecided; nothing if it is
+    /// not good.
     #[inline(always)]
     pub(crate) fn find_one(
         &self,
         simd: S,
         count: usize,
         middle: f64,
+        mask: u16,
         lanes: &mut [[f32; BLOCK]],
-    ) -> bool {
+    ) -> Option<u16> {
         if self.filled {
-            return true;
+            return Some(0);
         }
-        if self.narrow {
-            self.find_each(simd, count, middle, lanes);
-            return true;
+        if self.strict {
+            let mut undecided = [0; AHEAD];
+            let good = self.find_strict(simd, count, middle, &[mask], lanes, &mut undecided);
+            return (good > 0).then_some(undecided[0] & mask);
         }
-        if self.strict || self.on_row(0).at(middle) < self.least_q {
-            return false;
+        let q = self.on_row(0).at(middle);
+        if q < self.least_q {
+            self.find_each(simd, count, middle, q, lanes);
+            return Some(0);
         }
         let four = four_of(simd, &self.starts, &self.steps, middle, 0);
         let at_middle = if count < HALF {
@@ -453,27 +460,40 @@ impl<S: Simd> Prepared<S> {
         };
         let mut r = Narrow::splat(simd, 1.0);
         if self.divided == Divided::ByLane {
-            r = r / at_middle.lanes(simd, 0, self.off_middle[0]);
+            r /= at_middle.lanes(simd, 0, self.off_middle[0]);
         }
         for (i, lanes) in (1..FUNCTIONS).zip(lanes).take(count) {
             let value = at_middle.lanes(simd, i, self.off_middle[i]) * r;
             clamp_numbers(value, self.low[i], self.high[i]).store_array(lanes);
         }
-        true
+        Some(0)
     }
 
-    /// The same of a narrow polygon.
+    /// The same where not all go by their block: `q` is too small for some.
     #[inline(always)]
-    fn find_each(&self, simd: S, count: usize, middle: f64, lanes: &mut [[f32; BLOCK]]) {
-        let one = Narrow::splat(simd, 1.0);
-        let r = match self.divided {
-            Divided::Not => one,
-            Divided::ByRow => Narrow::splat(simd, 1.0 / nearest_f32(self.starts[0])),
-            Divided::ByLane => one / self.on_row(0).wide(simd, middle).narrow(),
-        };
+    fn find_each(&self, simd: S, count: usize, middle: f64, q: f64, lanes: &mut [[f32; BLOCK]]) {
+        let mut r = Narrow::splat(simd, 1.0);
+        match self.divided {
+            Divided::ByRow if self.narrow => {
+                r = Narrow::splat(simd, 1.0 / nearest_f32(self.starts[0]));
+            }
+            Divided::ByLane => r /= self.lanes_of(simd, 0, middle, q),
+            _ => {}
+        }
         for (i, lanes) in (1..FUNCTIONS).zip(lanes).take(count) {
-            let value = self.on_row(i).wide(simd, middle).narrow() * r;
+            let value = self.lanes_of(simd, i, middle, q) * r;
             clamp_numbers(value, self.low[i], self.high[i]).store_array(lanes);
+        }
+    }
+
+    /// Function `i` around `middle`, where Q is `q`.
+    #[inline(always)]
+    fn lanes_of(&self, simd: S, i: usize, middle: f64, q: f64) -> Narrow<S> {
+        let on_row = self.on_row(i);
+        if q < self.least[i] {
+            on_row.wide(simd, middle).narrow()
+        } else {
+            on_row.near(simd, middle, self.off_middle[i])
         }
     }
 

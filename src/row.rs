@@ -33,8 +33,6 @@ enum Attributes {
     Elsewhere,
     /// They are prepared, for this row.
     Here,
-    /// They are prepared, but this row is not good.
-    NotHere,
     /// They cannot be prepared.
     General,
 }
@@ -76,7 +74,7 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
         if let Some(tested) = &mut self.tested {
             tested.seek(self.walker.place.v);
         }
-        if matches!(self.attributes, Attributes::Here | Attributes::NotHere) {
+        if self.attributes == Attributes::Here {
             self.attributes = Attributes::Elsewhere;
         }
     }
@@ -154,8 +152,8 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
             lanes.resize(AHEAD * self.attribute_count(), [0.0; BLOCK]);
         }
         let count = self.attribute_count();
-        let good = self.prepared.seek(simd, count, self.walker.place.v);
-        self.attributes = if good { Attributes::Here } else { Attributes::NotHere };
+        self.prepared.seek(simd, count, self.walker.place.v);
+        self.attributes = Attributes::Here;
     }
 
     /// Depth, which is plain, and the lanes at which it is good enough.

@@ -13,7 +13,8 @@ pub enum Outcome {
     Backface,
     /// Fewer than three vertices, or no area once snapped.
     Degenerate,
-    /// A position is not finite.
+    /// A position is not finite; or the thread's arithmetic takes subnormal numbers for 0 (FTZ, DAZ),
+    /// so that bits would differ.
     Refused,
     /// All of it lies behind what was drawn before, as the depth buffer's bounds show.
     Hidden,

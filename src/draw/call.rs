@@ -10,6 +10,7 @@ use crate::batch::Batch;
 use crate::shade::Shader;
 use crate::space::PixelRect;
 use crate::stats::{FaceCount, Outcome, Stats};
+use crate::subnormal;
 use crate::target::Target;
 use crate::tiler::Tiler;
 use crate::tiler::keep::{Keep, Kept};
@@ -75,7 +76,8 @@ impl<B: Batch, P> Polygons<B, P> {
 }
 
 impl<B: Batch, P> Polygons<B, P> {
-    /// The next polygons of `next..end` that may be seen; those before them are counted.
+    /// The next polygons of `next..end` that may be seen; those before them are counted, and all of
+    /// them where arithmetic cannot be trusted.
     fn seen(
         &self,
         next: usize,
@@ -83,6 +85,12 @@ impl<B: Batch, P> Polygons<B, P> {
         stats: &mut Stats,
         faces: &mut FaceCount,
     ) -> Range<usize> {
+        if !subnormal::are_kept() {
+            for i in next..end {
+                faces.count(stats, Outcome::Refused, self.batch.continues(i));
+            }
+            return end..end;
+        }
         let seen = self.batch.seen_from(next);
         let (first, last) = (seen.start.clamp(next, end), seen.end.clamp(next, end));
         let first = if first < last { first } else { end };

@@ -7,7 +7,7 @@ use fearless_simd::{Simd, SimdBase};
 
 use super::part::store_lanes;
 use super::spans::{Row, blocks};
-use super::{BlockAt, Canvas, passing_lanes};
+use super::{BlockAt, Canvas, passing_lanes, quantity_of};
 use crate::depth::DepthSource;
 use crate::prepared::FUNCTIONS;
 use crate::row::AlongSpans;
@@ -25,39 +25,49 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         row: Row<'_>,
         range: Range<i32>,
         depths: Option<&mut [f32]>,
-    ) -> usize {
+    ) -> i32 {
         let (test, inputs) = (self.place.test, S::INPUTS);
         let (has_depth, first_block) = (depths.is_some(), range.start);
         if !self.finds_all(walker, has_depth) {
             return 0;
         }
         let Some((pixels, stored)) = blocks(self.target, row, range, depths) else { return 0 };
-        let all = pixels.len();
+        let all = pixels.len() as i32;
         let (simd, mut middle) = (walker.simd(), walker.middle());
         let mut found = [0.0; BLOCK];
         let mut count = inputs.attributes;
         for (done, (block, pixels)) in (first_block..).zip(pixels).enumerate() {
             let mut mask = row.mask(block);
             if has_depth {
-                let Some(tested) = &walker.tested else { return done };
+                let Some(tested) = &walker.tested else { return done as i32 };
                 let new = tested.find_one(simd, middle, walker.narrow);
-                let (Some(new), Some(stored)) = (new, stored.get(done)) else { return done };
+                let (Some((new, undecided)), Some(stored)) = (new, stored.get(done)) else {
+                    return done as i32;
+                };
                 new.store_array(&mut found);
+                if undecided & mask != 0 {
+                    let quantity = quantity_of(test.source);
+                    walker.decide(done as i32, quantity, row.span, mask, &mut found);
+                }
                 mask &= passing_lanes(simd, test.compare, &found, stored);
             }
             if mask != 0 {
                 if count != 0 {
                     if !walker.prepare(self.lanes.attributes) {
-                        return done;
+                        return done as i32;
                     }
                     // Most shaders know how many they read.
                     if count > FUNCTIONS {
                         count = walker.attribute_count();
                     } else if count != walker.attribute_count() {
-                        return done;
+                        return done as i32;
                     }
-                    if !walker.prepared.find_one(simd, count, middle, self.lanes.attributes) {
-                        return done;
+                    let (prepared, lanes) = (&walker.prepared, &mut *self.lanes.attributes);
+                    let undecided = prepared.find_one(simd, count, middle, mask, lanes);
+                    let Some(undecided) = undecided else { return done as i32 };
+                    if undecided != 0 {
+                        let lanes = &mut lanes[..count];
+                        walker.decide_attributes(done as i32, row.span, mask, lanes);
                     }
                 }
                 match test.source {

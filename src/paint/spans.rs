@@ -55,17 +55,20 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
             let within = row.within(width);
             let mut i = 0;
             while i < row.blocks {
-                if within.contains(&i) {
+                if !walker.short && within.contains(&i) {
                     let range = i..within.end;
-                    let depths = depths.as_deref_mut();
-                    let done = if walker.short {
-                        self.paint_short(&mut walker, row, range, depths)
-                    } else {
-                        self.paint_within(&mut walker, row, range, depths)
-                    };
-                    let done = i32::try_from(done).unwrap_or(0);
+                    let done = self.paint_within(&mut walker, row, range, depths.as_deref_mut());
                     walker.advance(done);
                     i += done;
+                }
+                if within.contains(&i) {
+                    let range = i..if walker.short { within.end } else { i + 1 };
+                    let done = self.paint_short(&mut walker, row, range, depths.as_deref_mut());
+                    walker.advance(done);
+                    i += done;
+                    if done > 0 {
+                        continue;
+                    }
                 }
                 if i < row.blocks {
                     self.paint_any(&mut walker, row, i, depths.as_deref_mut());
@@ -97,7 +100,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         row: Row<'_>,
         range: Range<i32>,
         depths: Option<&mut [f32]>,
-    ) -> usize {
+    ) -> i32 {
         let (test, inputs) = (self.place.test, S::INPUTS);
         let (has_depth, first_block) = (depths.is_some(), range.start);
         let (reads_z, reads_inv_w) = (inputs.depth, inputs.inv_w);
@@ -235,7 +238,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
             done += some;
             middle += (some * BLOCK) as f64;
         }
-        done
+        done as i32
     }
 
     /// Paints block `i`, run by run.

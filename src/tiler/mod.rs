@@ -18,6 +18,7 @@ use crate::simd::Simd;
 use crate::space::{PixelRect, Viewport};
 pub use crate::stats::Outcome;
 use crate::stats::Stats;
+use crate::subnormal;
 use crate::target::{DepthBuffer, Plane, Target};
 use crate::triangle::InView;
 use crate::varying::Interpolation;
@@ -270,9 +271,13 @@ impl Tiler {
         T: Target<Pixel = S::Pixel>,
     {
         let window = self.window(target.size(), depth.as_deref());
-        let outcome = dispatch!(self.simd.0, simd => {
-            self.draw_sorted(simd, polygon, window, shader, target, depth)
-        });
+        let outcome = if subnormal::are_kept() {
+            dispatch!(self.simd.0, simd => {
+                self.draw_sorted(simd, polygon, window, shader, target, depth)
+            })
+        } else {
+            Outcome::Refused
+        };
         self.stats.count(outcome);
         outcome
     }
