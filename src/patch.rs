@@ -79,6 +79,25 @@ impl Patches {
         Some(Self { first, columns: width, rows, pixels_of_box, count, masks: [0; MOST] })
     }
 
+    /// Covers a run of pixels, if it lies in the box: columns `start` to `end`, without the last, of
+    /// row `row` of the framebuffer.
+    #[inline(always)]
+    pub(crate) fn cover_run(&mut self, row: i32, start: i32, end: i32) {
+        let [x, y] = self.first;
+        let (start, end) = (start.wrapping_sub(x), end.wrapping_sub(x));
+        let row = row.wrapping_sub(y).cast_unsigned() as usize;
+        let rows = usize::from(self.rows.max(1));
+        let lane = (row % rows) as u32 * u32::from(self.columns);
+        if let Some(mask) = self.masks.get_mut(row / rows)
+            && 0 <= start
+            && start < end
+            && end <= i32::from(self.columns)
+        {
+            let run = (1_u32 << end) - (1_u32 << start);
+            *mask |= (run << lane) as u16;
+        }
+    }
+
     /// Does the triangle of these vertices, with 16 fraction bits, cover the pixel at column and row
     /// `pixel`, whose centre is the only one in its bounding box? `front`: counter-clockwise with y up.
     #[inline(always)]

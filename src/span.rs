@@ -271,6 +271,14 @@ impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
         }
     }
 
+    /// Sets the attributes up, if they have not been. Does any of them run across spans?
+    #[inline(always)]
+    pub(crate) fn needs_spans(&mut self, lanes: &mut Vec<[f32; BLOCK]>) -> bool {
+        self.need_attributes(lanes);
+        let fields = &self.polygon.gradients.attributes;
+        fields.iter().any(|field| matches!(field, Field::Across(..)))
+    }
+
     /// The attributes that are neither plain nor constant.
     #[inline(always)]
     pub(crate) fn evaluate_others(

@@ -29,6 +29,8 @@ use crate::target::{DepthBuffer, Target};
 pub(crate) enum Covered<'a> {
     Spans(&'a [Span]),
     Patches(&'a Patches),
+    /// The same pixels in either way: by their patches, unless attributes need spans.
+    Packed(&'a Patches, &'a [Span]),
 }
 
 /// Where a polygon's pixels are drawn, and how.
@@ -61,15 +63,23 @@ pub(crate) fn paint<S: Shader, T: Target<Pixel = S::Pixel>>(
     let tested = depth.is_some().then_some(place.test.source);
     let (depths, inv_w, w) = ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
     let lanes = Lanes { tested, depth: depths, inv_w, w, attributes };
-    let canvas = Canvas { place, lanes, shader, target, shaded: 0 };
-    dispatch!(level, simd => match covered {
-        Covered::Spans(spans) => {
-            let walker = AlongSpans::new(simd, walked, tested.map(quantity_of));
-            canvas.paint_spans(walker, spans, depth)
-        }
-        Covered::Patches(patches) => {
-            canvas.paint_patches(Walker::over_patches(simd, walked), patches, depth)
-        }
+    let mut canvas = Canvas { place, lanes, shader, target, shaded: 0 };
+    let mut depth = depth;
+    dispatch!(level, simd => {
+        let (spans, mut walked) = match covered {
+            Covered::Spans(spans) => (spans, walked),
+            Covered::Patches(patches) | Covered::Packed(patches, _) => {
+                let mut walker = Walker::over_patches(simd, walked);
+                let done = canvas.paint_patches(&mut walker, patches, depth.as_deref_mut());
+                match covered {
+                    Covered::Packed(_, spans) if !done => (spans, walker.polygon),
+                    _ => return (canvas.shaded, walker.exact_values()),
+                }
+            }
+        };
+        walked.columns = BLOCK as u16;
+        let walker = AlongSpans::new(simd, walked, tested.map(quantity_of));
+        canvas.paint_spans(walker, spans, depth)
     })
 }
 

@@ -9,14 +9,15 @@ use crate::span::{InPatch, Values, Walker};
 use crate::target::{DepthBuffer, Target};
 
 impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
-    /// Walks `patches`: depth, then attributes, then the shader.
+    /// Walks `patches`: depth, then attributes, then the shader. Says no, with nothing done, where
+    /// attributes need spans.
     #[inline(always)]
     pub(super) fn paint_patches<L: Simd>(
-        mut self,
-        mut walker: Walker<'_, L, InPatch<L>>,
+        &mut self,
+        walker: &mut Walker<'_, L, InPatch<L>>,
         patches: &Patches,
         mut depth: Option<&mut DepthBuffer<'_>>,
-    ) -> (u64, u64) {
+    ) -> bool {
         let (origin, test) = (self.place.origin, self.place.test);
         for i in 0..patches.count() {
             let patch = patches.patch(i);
@@ -34,9 +35,12 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
             if mask == 0 {
                 continue;
             }
+            if S::INPUTS.attributes > 0 && walker.needs_spans(self.lanes.attributes) {
+                return false;
+            }
             let mut pixels = [S::Pixel::default(); BLOCK];
             let block = BlockAt { first, columns, span: None, mask };
-            let mut left = self.shade(&mut walker, block, &mut pixels);
+            let mut left = self.shade(walker, block, &mut pixels);
             while left != 0 {
                 let lane = left.trailing_zeros() as usize;
                 left &= left - 1;
@@ -50,7 +54,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 }
             }
         }
-        (self.shaded, walker.exact_values())
+        true
     }
 }
 

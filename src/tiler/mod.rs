@@ -8,8 +8,9 @@ use crate::clip::{ClipPlane, Clipper, VertexArrays};
 use crate::depth::{DepthSource, DepthTest};
 use crate::divide::ScreenVertex;
 use crate::edge::{Outline, Span};
-use crate::gradient::{AttributesOf, Gradients, Subject, Wanted};
+use crate::gradient::{AttributesOf, Field, Gradients, Subject, Wanted};
 use crate::paint::{Covered, Placement, paint};
+use crate::patch::Patches;
 use crate::placed::Constants;
 use crate::polygon::Polygon;
 use crate::settle::Walked;
@@ -412,8 +413,16 @@ impl Tiler {
         };
 
         // 8. Spans: the X loop, depth, shader and target, block by block.
+        let packed = match patches {
+            None if may_be_packed(gradients) => pack(spans, taken.seen, place.corner),
+            _ => None,
+        };
         let walked = Walked::new(&subject, gradients, &mut self.clipper);
-        let covered = patches.map_or(Covered::Spans(spans), Covered::Patches);
+        let covered = match (patches, &packed) {
+            (Some(patches), _) => Covered::Patches(patches),
+            (None, Some(packed)) => Covered::Packed(packed, spans),
+            (None, None) => Covered::Spans(spans),
+        };
         let drawn = depth.as_deref_mut();
         let (shaded, exact_values) =
             paint(self.simd.0, walked, covered, place, attributes, shader, target, drawn);
@@ -469,6 +478,23 @@ impl Scratch {
             + self.gradients.bytes()
             + self.attributes.capacity() * size_of::<[f32; BLOCK]>()
     }
+}
+
+/// The patches of a narrow polygon, whose rows would leave most lanes of their blocks empty.
+#[inline(always)]
+fn pack(spans: &[Span], seen: PixelRect, corner: [i32; 2]) -> Option<Patches> {
+    let mut patches = Patches::of(seen)?;
+    for span in spans {
+        patches.cover_run(span.row + corner[1], span.start + corner[0], span.end + corner[0]);
+    }
+    Some(patches)
+}
+
+/// Can all but the attributes be found without spans?
+#[inline(always)]
+fn may_be_packed(gradients: &Gradients) -> bool {
+    let across = |field: &Option<Field>| matches!(field, Some(Field::Across(..)));
+    !across(&gradients.depth) && !across(&gradients.inv_w) && !across(&gradients.w)
 }
 
 /// Compiled for the instruction set: it is arithmetic from end to end.

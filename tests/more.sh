@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# What must hold, and CI leaves out: it needs more than a fresh machine has, or takes long.
+#
+#   tests/more.sh                 all of it
+#   tests/more.sh features glam   a part
+#
+# features  every combination of features compiles (cargo install cargo-hack)
+# glam      the lower end of the range that Cargo.toml allows; the upper one is in Cargo.lock
+# flushed   nothing is drawn where arithmetic flushes subnormal numbers (gcc, x86-64)
+# valgrind  no invalid access and no uninitialised value: there is no unsafe code here, but in what is
+#           depended on (minutes; valgrind 3.19 knows AVX2, not AVX-512)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+export CARGO_TARGET_DIR=${MORE_TARGET_DIR:-$scratch/target}
+
+features() {
+    cargo hack check --locked --feature-powerset --lib --bins
+}
+
+glam() {
+    git ls-files -z --cached --others --exclude-standard | xargs -0 cp --parents -t "$scratch"
+    (
+        cd "$scratch"
+        cargo update --quiet -p glam --precise 0.33.0
+        cargo test --test cameras --test same_hash --test culling
+    )
+}
+
+flushed() {
+    FLUSHED_TARGET_DIR=$CARGO_TARGET_DIR tests/flushed.sh
+}
+
+valgrind() {
+    local tests=(nasty draw flushed lists)
+    cargo test --no-run --message-format=json "${tests[@]/#/--test=}" > "$scratch/built.json"
+    for program in $(sed -n 's/.*"executable":"\([^"]*\)".*/\1/p' "$scratch/built.json"); do
+        command valgrind --quiet --error-exitcode=1 "$program"
+    done
+}
+
+for part in "${@:-features glam flushed valgrind}"; do
+    for one in $part; do
+        printf '\n== %s\n' "$one"
+        "$one"
+    done
+done
