@@ -141,7 +141,8 @@ impl Floor {
         let sum = product + WHOLE;
         let nearest = sum.to_bits().wrapping_sub(WHOLE.to_bits()).cast_signed();
         // The sign of what it is too large by: a comparison would be a mask, and take a way round.
-        let above = (product - (sum - WHOLE)).to_bits().cast_signed() >> 31;
+        // Summed in this order, of a product of -0 it is +0.
+        let above = ((WHOLE - sum) + product).to_bits().cast_signed() >> 31;
         let floor = nearest.wrapping_add(above);
         Self { floor, usual: product.abs() < LARGEST }
     }
@@ -189,6 +190,7 @@ mod tests {
         assert_eq!(texture.nearest(0.999, 0.999), [2; 4]);
         assert_eq!(texture.nearest(-0.001, -0.001), [2; 4], "floor, not truncation");
         assert_eq!(texture.nearest(-1e-30, 0.0), [5; 4], "a hair below 0 is the last column");
+        assert_eq!(texture.nearest(-0.0, -0.0), [3; 4], "the floor of -0 is 0");
         assert_eq!(texture.nearest(f32::NAN, 0.6), [3; 4]);
         assert_eq!(texture.nearest(1.0, f32::INFINITY), [3; 4]);
         assert_eq!(texture.nearest(7.5, 5.5), [1; 4]);

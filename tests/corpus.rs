@@ -1,17 +1,26 @@
 //! Replays fuzz/corpus on stable: what the fuzzer kept, and every input that once failed.
 
-#[path = "../fuzz/check.rs"]
+#[path = "../fuzz/check/mod.rs"]
 mod check;
 #[path = "../src/cli/failure.rs"]
 #[expect(dead_code, reason = "the program uses the rest")]
 mod failure;
+#[path = "../src/cli/model/mtl.rs"]
+mod mtl;
 #[path = "../src/cli/model/obj.rs"]
 #[expect(dead_code, reason = "the program uses the rest")]
 mod obj;
+#[expect(dead_code, reason = "each test file uses a part of it")]
+mod oracle;
+#[cfg(feature = "cli")]
+#[path = "../src/cli/model/picture.rs"]
+#[expect(dead_code, reason = "the program uses the rest")]
+mod picture;
+#[cfg(feature = "cli")]
+#[path = "../fuzz/check/pictures.rs"]
+mod pictures;
 #[path = "../src/cli/poly.rs"]
 mod poly;
-#[path = "../fuzz/readers.rs"]
-mod readers;
 #[path = "../src/cli/text.rs"]
 #[expect(dead_code, reason = "the program uses the rest")]
 mod text;
@@ -48,18 +57,59 @@ impl Drop for Named<'_> {
 }
 
 #[test]
-fn corpus_of_the_tiler_holds() {
-    replay("tiler", check::tiler);
-}
-
-#[test]
 fn corpus_of_the_clipper_holds() {
-    replay("clip", check::clip);
+    replay("clip", check::clip::clip);
 }
 
 #[test]
-fn corpus_of_the_readers_holds() {
-    replay("readers", readers::readers);
+fn corpus_of_the_division_holds() {
+    replay("divide", check::divide::divided);
+}
+
+#[test]
+fn corpus_of_the_gradients_holds() {
+    replay("gradients", check::gradients::gradients);
+}
+
+#[test]
+fn corpus_of_the_edges_holds() {
+    replay("edges", check::edges::edges);
+}
+
+#[test]
+fn corpus_of_the_tiler_holds() {
+    replay("tiler", check::tiler::tiler);
+}
+
+#[test]
+fn corpus_of_numbers_of_attributes_holds() {
+    replay("counts", check::counts::counts);
+}
+
+#[test]
+fn corpus_of_texture_lookups_holds() {
+    replay("texture", check::texture::texture);
+}
+
+#[test]
+fn corpus_of_the_poly_reader_holds() {
+    replay("poly", check::poly::poly);
+}
+
+#[test]
+fn corpus_of_the_obj_reader_holds() {
+    replay("obj", check::obj::obj);
+}
+
+#[test]
+fn corpus_of_the_mtl_reader_holds() {
+    replay("mtl", check::mtl::mtl);
+}
+
+#[cfg(feature = "cli")]
+#[test]
+fn corpus_of_the_picture_readers_holds() {
+    replay("pictures", pictures::pictures);
 }
 
 /// Bytes without a plan, so that something is tested even where the corpus goes stale.
@@ -74,9 +124,16 @@ fn corpus_of_pseudorandom_bytes_holds() {
         }
         let shown = format!("pseudorandom bytes, round {round}");
         let guard = Named(&shown);
-        check::tiler(&data);
-        check::clip(&data);
-        readers::readers(&data);
+        check::tiler::tiler(&data);
+        check::clip::clip(&data);
+        check::divide::divided(&data);
+        check::edges::edges(&data);
+        check::gradients::gradients(&data);
+        check::counts::counts(&data);
+        check::texture::texture(&data);
+        check::poly::poly(&data);
+        check::obj::obj(&data);
+        check::mtl::mtl(&data);
         drop(guard);
     }
 }

@@ -1,9 +1,6 @@
-//! The clipper on any finite polygon and planes: the properties are those of `check::clip`.
+//! The clipper: what is left is inside of every plane, convex, of the right area, and the same
+//! from either side of an edge. In full: check/clip.rs.
 #![forbid(unsafe_code)]
 #![no_main]
 
-#[path = "../check.rs"]
-#[expect(dead_code, reason = "the other targets use the rest")]
-mod check;
-
-libfuzzer_sys::fuzz_target!(|data: &[u8]| check::clip(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| hyperspan_fuzz::targets::clip(data));

@@ -1,9 +1,5 @@
-//! The whole tiler on any polygons and settings: the properties are those of `check::tiler`.
+//! The whole tiler: no write outside the target, and the same bits by every way. In full: check/tiler.rs.
 #![forbid(unsafe_code)]
 #![no_main]
 
-#[path = "../check.rs"]
-#[expect(dead_code, reason = "the other targets use the rest")]
-mod check;
-
-libfuzzer_sys::fuzz_target!(|data: &[u8]| check::tiler(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| hyperspan_fuzz::targets::tiler(data));

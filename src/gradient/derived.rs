@@ -26,7 +26,9 @@ impl Gradients {
             self.depth = Some(if flat {
                 let z = |i: usize| subject.depth_numerator(self.corners[i]);
                 let z = [z(0), z(1), z(2)];
-                if z == [0.0; 3] { Field::Constant(0.0) } else { depth_of(self, z) }
+                // Seen from the side, it is another vertex that counts.
+                let zero = z == [0.0; 3] && self.det != 0.0;
+                if zero { Field::Constant(0.0) } else { depth_of(self, z) }
             } else {
                 Field::Across(Carried::Depth(subject.viewport.depth_range()), [0.0, 1.0])
             });

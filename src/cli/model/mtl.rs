@@ -3,7 +3,7 @@
 
 use std::io::BufRead;
 
-use crate::failure::{Failure, warn};
+use crate::failure::{Failure, Place};
 use crate::text::{self, Lines, quoted, words};
 
 /// A material as a file has it.
@@ -17,8 +17,11 @@ pub(crate) struct Definition {
     pub(crate) map: Option<(Vec<u8>, u64)>,
 }
 
-/// Reads all materials.
-pub(crate) fn parse<R: BufRead>(lines: Lines<R>) -> Result<Vec<Definition>, Failure> {
+/// Reads all materials; `warn` is told what they ask for that is not built.
+pub(crate) fn parse<R: BufRead>(
+    lines: Lines<R>,
+    mut warn: impl FnMut(&Place, &str),
+) -> Result<Vec<Definition>, Failure> {
     let mut lines = lines.with_continuations();
     let mut all: Vec<Definition> = Vec::new();
     while let Some(line) = lines.next()? {
@@ -121,7 +124,8 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<Vec<Definition>, String> {
-        parse(Lines::new(text.as_bytes(), Path::new("test.mtl"))).map_err(|e| e.to_string())
+        let lines = Lines::new(text.as_bytes(), Path::new("test.mtl"));
+        parse(lines, |_, _| {}).map_err(|e| e.to_string())
     }
 
     #[test]

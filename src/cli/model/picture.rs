@@ -11,9 +11,6 @@ use crate::failure::{Failure, Place};
 
 /// Reads a texture; nothing if there is no such file.
 pub(super) fn read(path: &Path) -> Result<Option<Texture>, Failure> {
-    const MOST_TEXELS_A_SIDE: u32 = 1 << 15;
-    const MOST_BYTES: u64 = 4 << 30;
-
     match fs::metadata(path) {
         Err(e) if is_missing(&e) => return Ok(None),
         Err(e) => return Err(Failure::io(path, "read", &e)),
@@ -21,12 +18,20 @@ pub(super) fn read(path: &Path) -> Result<Option<Texture>, Failure> {
         Ok(_) => {}
     }
     let bytes = fs::read(path).map_err(|e| Failure::io(path, "read", &e))?;
-    let mut reader = ImageReader::new(Cursor::new(bytes.as_slice()))
+    decode(&bytes, path).map(Some)
+}
+
+/// The texture of a file with these `bytes`, which messages call `path`.
+pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Texture, Failure> {
+    const MOST_TEXELS_A_SIDE: u32 = 1 << 15;
+    const MOST_BYTES: u64 = 4 << 30;
+
+    let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
         .map_err(|e| Failure::io(path, "read", &e))?;
     match reader.format() {
         Some(ImageFormat::Png) => {}
-        Some(ImageFormat::Jpeg) if jpeg_ends(&bytes) => {}
+        Some(ImageFormat::Jpeg) if jpeg_ends(bytes) => {}
         Some(ImageFormat::Jpeg) => return Err(bad(path, "it is cut short")),
         _ => return Err(bad(path, "it is neither PNG nor JPEG")),
     }
@@ -44,7 +49,7 @@ pub(super) fn read(path: &Path) -> Result<Option<Texture>, Failure> {
     picture.pixels_mut().for_each(|pixel| pixel.0[3] = u8::MAX);
     let (width, height) = picture.dimensions();
     let texture = Texture::new(width, height, picture.as_chunks().0);
-    texture.map(Some).map_err(|e| bad(path, &e.to_string()))
+    texture.map_err(|e| bad(path, &e.to_string()))
 }
 
 /// Is there no file of that name, nor could there be?

@@ -86,7 +86,7 @@ impl<'a> Shelf<'a> {
                     Ok(found) if !found.is_file() => {
                         return Err(Failure::at(Place::file(&library), "this is no regular file"));
                     }
-                    Ok(_) => read.push((mtl::parse(Lines::open(&library)?)?, library)),
+                    Ok(_) => read.push((mtl::parse(Lines::open(&library)?, warn)?, library)),
                 }
             }
         }
