@@ -2,6 +2,8 @@
 #![forbid(unsafe_code)]
 
 mod check;
+#[path = "../src/cli/model/face.rs"]
+mod face;
 #[path = "../src/cli/failure.rs"]
 #[expect(dead_code, reason = "the program uses the rest")]
 mod failure;
@@ -16,13 +18,13 @@ mod oracle;
 #[path = "../src/cli/model/picture.rs"]
 #[expect(dead_code, reason = "the program uses the rest")]
 mod picture;
-#[path = "check/pictures.rs"]
-mod pictures;
 #[path = "../src/cli/poly.rs"]
 mod poly;
 #[path = "../src/cli/text.rs"]
 #[expect(dead_code, reason = "the program uses the rest")]
 mod text;
+#[path = "../src/cli/model/triangulate.rs"]
+mod triangulate;
 
 /// A function for each target; the file under check/ that it is named after has its properties.
 pub mod targets {
@@ -39,10 +41,11 @@ pub mod targets {
         counts crate::check::counts::counts;
         divide crate::check::divide::divided;
         edges crate::check::edges::edges;
+        faces crate::check::faces::faces;
         gradients crate::check::gradients::gradients;
         mtl crate::check::mtl::mtl;
         obj crate::check::obj::obj;
-        pictures crate::pictures::pictures;
+        pictures crate::check::pictures::pictures;
         poly crate::check::poly::poly;
         texture crate::check::texture::texture;
         tiler crate::check::tiler::tiler;

@@ -2,6 +2,9 @@
 
 #[path = "../fuzz/check/mod.rs"]
 mod check;
+#[cfg(feature = "cli")]
+#[path = "../src/cli/model/face.rs"]
+mod face;
 #[path = "../src/cli/failure.rs"]
 #[expect(dead_code, reason = "the program uses the rest")]
 mod failure;
@@ -16,14 +19,14 @@ mod oracle;
 #[path = "../src/cli/model/picture.rs"]
 #[expect(dead_code, reason = "the program uses the rest")]
 mod picture;
-#[cfg(feature = "cli")]
-#[path = "../fuzz/check/pictures.rs"]
-mod pictures;
 #[path = "../src/cli/poly.rs"]
 mod poly;
 #[path = "../src/cli/text.rs"]
 #[expect(dead_code, reason = "the program uses the rest")]
 mod text;
+#[cfg(feature = "cli")]
+#[path = "../src/cli/model/triangulate.rs"]
+mod triangulate;
 
 use std::fs;
 use std::path::Path;
@@ -108,8 +111,14 @@ fn corpus_of_the_mtl_reader_holds() {
 
 #[cfg(feature = "cli")]
 #[test]
+fn corpus_of_faces_holds() {
+    replay("faces", check::faces::faces);
+}
+
+#[cfg(feature = "cli")]
+#[test]
 fn corpus_of_the_picture_readers_holds() {
-    replay("pictures", pictures::pictures);
+    replay("pictures", check::pictures::pictures);
 }
 
 /// Bytes without a plan, so that something is tested even where the corpus goes stale.

@@ -206,7 +206,7 @@ fn check_outside(case: &Case) {
 fn check_cut(case: &Case, cut: &VertexArrays) {
     let Case { viewport, planes, shape, .. } = case;
     let depth = case.depth_planes();
-    for plane in planes.iter().chain(&depth) {
+    for plane in &case.all_planes() {
         let largest = shape.positions.iter().flat_map(|p| terms(plane, *p));
         let allowed = ROUNDING * largest.map(f64::abs).fold(UNDERFLOW, f64::max);
         for i in 0..cut.len() {

@@ -15,9 +15,13 @@ pub(crate) mod clip;
 pub(crate) mod counts;
 pub(crate) mod divide;
 pub(crate) mod edges;
+#[cfg(feature = "cli")]
+pub(crate) mod faces;
 pub(crate) mod gradients;
 pub(crate) mod mtl;
 pub(crate) mod obj;
+#[cfg(feature = "cli")]
+pub(crate) mod pictures;
 pub(crate) mod poly;
 mod readers;
 pub(crate) mod texture;

@@ -35,7 +35,7 @@ pub(super) fn read<T: Debug>(
     }
     if let Err(message) = &result {
         assert!(message.starts_with(NAME), "{message}");
-        assert!(message.len() < 300 && !message.contains(char::is_control), "{message:?}");
+        assert!(message.len() < 600 && !message.contains(char::is_control), "{message:?}");
     }
     result.ok()
 }

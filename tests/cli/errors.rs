@@ -67,6 +67,7 @@ fn bad_materials_and_textures_are_named_with_their_line() {
         ("newmtl a\nmap_Kd lie.png\n", "lie.png: cannot use this picture"),
         ("newmtl a\nmap_Kd head.jpg\n", "head.jpg: cannot use this picture"),
         ("newmtl a\nmap_Kd cut.jpg\n", "cut.jpg: cannot use this picture"),
+        ("newmtl a\nmap_Kd lie.jpg\n", "it says that it has 32000 x 32000 pixels, and cannot"),
         ("newmtl \0\n", "m.mtl:1: there is a zero byte"),
     ] {
         folder.write_png("whole.png", 64, &[[1, 2, 3, 4]; 64 * 64]);
@@ -84,6 +85,11 @@ fn bad_materials_and_textures_are_named_with_their_line() {
         picture.save(folder.path("whole.jpg")).expect("room for a small file");
         let whole = folder.read("whole.jpg");
         folder.write("cut.jpg", &whole[..whole.len() / 2]);
+        // A fuzzer's: the decoder makes up what is missing, and that was 4 GB of a small file.
+        let mut lie = whole.clone();
+        let frame = lie.windows(2).position(|pair| pair == [0xFF, 0xC0]).expect("a frame");
+        lie[frame + 5..frame + 9].copy_from_slice(&[0x7D, 0, 0x7D, 0]);
+        folder.write("lie.jpg", &lie);
         folder.write("m.mtl", text.as_bytes());
         folder.bad("render m.obj -o out.png", wanted);
     }

@@ -11,7 +11,7 @@ use hyperspan::varying::{CANONICAL_NAN, Interpolation};
 
 use super::Poly;
 use super::clipper::{self, Corner};
-use super::exact::{Q, fraction, power_of_two, q, round_to_f32, sum};
+use super::exact::{Q, approximate, fraction, power_of_two, q, round_to_f32, sum};
 
 type Vector = [Q; 3];
 
@@ -115,6 +115,17 @@ impl Plane {
     /// Is the polygon flat by P2's rule?
     pub(crate) fn is_flat(&self) -> bool {
         self.flat
+    }
+
+    /// How far the three vertices of the plane are from a line: the sine at the first of them, of
+    /// (x, y, w). Where it is next to 0, `f64` cannot say how flat the polygon is.
+    pub(crate) fn sine(&self) -> f64 {
+        let [a, b, c] = self.triple.map(|i| in_plane(&self.positions[i]));
+        let side = |p: &Vector| [0, 1, 2].map(|i| &p[i] - &a[i]);
+        let (e, f) = (side(&b), side(&c));
+        let sides = dot(&e, &e) * dot(&f, &f);
+        let normal = cross(&e, &f);
+        if sides == Q::ZERO { 0.0 } else { approximate(&(dot(&normal, &normal) / sides)).sqrt() }
     }
 
     /// Is its plane seen from the side?

@@ -98,6 +98,9 @@ impl Judge {
             let c = cross(*p, *q);
             [sum[0] + c[0], sum[1] + c[1], sum[2] + c[2]]
         });
+        // The squares of a small sum would underflow.
+        let greatest = sum.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let sum = sum.map(|x| if greatest > 0.0 { x / greatest } else { 0.0 });
         let n = length(sum);
         #[expect(clippy::cast_possible_truncation, reason = "normals are f32")]
         sum.map(|x| if n > 0.0 { (x / n) as f32 } else { 0.0 })
@@ -479,6 +482,8 @@ mod tests {
         let mut judge = Judge::default();
         let mut of = |points: [[f64; 3]; 3]| judge.unit_normal(points.into_iter());
         assert_eq!(of([[0.0; 3], [9.0, 0.0, 0.0], [0.0, 1e-3, 0.0]]), [0.0, 0.0, 1.0]);
+        // A fuzzer's: squares of its area are subnormal.
+        assert_eq!(of([[0.0; 3], [9.0, 0.0, 0.0], [0.0, 3e-162, 4e-162]]), [0.0, -0.8, 0.6]);
         assert_eq!(
             of([[1e300, 0.0, 0.0], [1e300, 0.0, 1e300], [1e300, 1e300, 0.0]]),
             [-1.0, 0.0, 0.0]

@@ -5,7 +5,7 @@ use std::io::{self, Cursor};
 use std::path::Path;
 
 use hyperspan::texture::Texture;
-use image::{ImageError, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 
 use crate::failure::{Failure, Place};
 
@@ -26,24 +26,34 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Texture, Failure> {
     const MOST_TEXELS_A_SIDE: u32 = 1 << 15;
     const MOST_BYTES: u64 = 4 << 30;
 
+    // What a byte can be of at most: of PNG, 1032 bytes of 8 pixels; of JPEG, a bit for a block of 8 x 8.
+    const MOST_TEXELS_A_BYTE: [u64; 2] = [1032 * 8, 8 * 64];
+
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
         .map_err(|e| Failure::io(path, "read", &e))?;
-    match reader.format() {
-        Some(ImageFormat::Png) => {}
-        Some(ImageFormat::Jpeg) if jpeg_ends(bytes) => {}
+    let most_a_byte = match reader.format() {
+        Some(ImageFormat::Png) => MOST_TEXELS_A_BYTE[0],
+        Some(ImageFormat::Jpeg) if jpeg_ends(bytes) => MOST_TEXELS_A_BYTE[1],
         Some(ImageFormat::Jpeg) => return Err(bad(path, "it is cut short")),
         _ => return Err(bad(path, "it is neither PNG nor JPEG")),
-    }
+    };
     let mut limits = Limits::default();
     limits.max_image_width = Some(MOST_TEXELS_A_SIDE);
     limits.max_image_height = Some(MOST_TEXELS_A_SIDE);
     limits.max_alloc = Some(MOST_BYTES);
     reader.limits(limits);
-    let picture = reader.decode().map_err(|e| match e {
+    let failed = |e: ImageError| match e {
         ImageError::Limits(e) => bad(path, &format!("it is too large ({e})")),
         e => bad(path, &e.to_string()),
-    })?;
+    };
+    let decoder = reader.into_decoder().map_err(failed)?;
+    let (width, height) = decoder.dimensions();
+    if u64::from(width) * u64::from(height) > most_a_byte * bytes.len() as u64 {
+        let size = format!("it says that it has {width} x {height} pixels, and cannot");
+        return Err(bad(path, &size));
+    }
+    let picture = DynamicImage::from_decoder(decoder).map_err(failed)?;
     let mut picture = picture.into_rgba8();
     // Whatever the file's alpha, nothing shines through.
     picture.pixels_mut().for_each(|pixel| pixel.0[3] = u8::MAX);
