@@ -89,11 +89,12 @@ impl Case {
             simd: Simd::auto(),
             shapes: Vec::new(),
         };
-        for _ in 0..bytes.below(8).saturating_sub(5) {
-            case.planes.push([(); 4].map(|()| bytes.number()));
-        }
         for _ in 0..1 + bytes.below(3) {
             case.shapes.push(Shape::new(bytes, count, viewport, origin));
+        }
+        for _ in 0..bytes.below(9).saturating_sub(5) {
+            let plane = case.shapes[0].plane(bytes, &case.planes);
+            case.planes.push(plane);
         }
         case
     }

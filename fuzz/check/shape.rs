@@ -28,9 +28,25 @@ impl Shape {
         origin: (i32, i32),
     ) -> Self {
         let n = usize::from(bytes.below(9));
-        if bytes.below(3) == 0 {
-            return Self::flat(bytes, n, count, viewport, origin);
+        let mut shape = if bytes.below(3) == 0 {
+            Self::flat(bytes, n, count, viewport, origin)
+        } else {
+            Self::loose(bytes, n, count, viewport, origin)
+        };
+        for _ in 0..bytes.below(4) {
+            shape.nudge(bytes, viewport);
         }
+        shape
+    }
+
+    /// Vertices one by one.
+    fn loose(
+        bytes: &mut Bytes<'_>,
+        n: usize,
+        count: usize,
+        viewport: Viewport,
+        origin: (i32, i32),
+    ) -> Self {
         let mut shape = Self { positions: Vec::new(), attributes: Vec::new(), count, flat: false };
         for _ in 0..n {
             let position = shape.vertex(bytes, viewport, origin);
@@ -46,6 +62,54 @@ impl Shape {
             shape.attributes.push(value);
         }
         shape
+    }
+
+    /// Puts a vertex onto a plane: a side of the view or of the guard band, or w = 0.
+    fn nudge(&mut self, bytes: &mut Bytes<'_>, viewport: Viewport) {
+        let which = usize::from(bytes.byte());
+        let sides = [viewport.width(), viewport.height()];
+        let Some(i) = which.checked_rem(self.positions.len()) else { return };
+        let p = &mut self.positions[i];
+        let (axis, w) = (usize::from(bytes.below(2)), p[3]);
+        let half = f64::from(sides[axis]) / 2.0;
+        match bytes.below(8) {
+            0 => p[axis] = w,
+            1 => p[axis] = -w,
+            // x/w W/2 + W/2 is a corner of the guard band; y points up.
+            2 => p[axis] = (32767.0 - half) / half * w,
+            3 => p[axis] = -(32767.0 + half) / half * w,
+            4 => p[2] = bytes.pick(&[0.0, -0.0, w, -w]),
+            5 => p[3] = bytes.pick(&[0.0, -0.0, 1e-300, -1e-300, 1e-9, -1e-9]),
+            6 => p[3] = -w,
+            _ => p[axis] = p[1 - axis],
+        }
+        self.flat = false;
+    }
+
+    /// A plane for the user to clip by: any, one of the others or nearly, through a vertex, or
+    /// parallel to a side of the view.
+    pub(super) fn plane(&self, bytes: &mut Bytes<'_>, others: &[[f64; 4]]) -> [f64; 4] {
+        let mut plane = match (bytes.below(4), others.last()) {
+            (0, Some(last)) => last.map(|c| -c),
+            (1, Some(last)) => {
+                let mut plane = *last;
+                plane[usize::from(bytes.below(4))] *= 1.0 + f64::EPSILON;
+                plane
+            }
+            (2, _) => {
+                let mut plane = [0.0; 4];
+                plane[usize::from(bytes.below(3))] = bytes.pick(&[1.0, -1.0]);
+                plane[3] = bytes.pick(&[0.0, 1.0, 0.5, -0.5]);
+                plane
+            }
+            _ => [(); 4].map(|()| bytes.number()),
+        };
+        let which = usize::from(bytes.byte());
+        if let (Some(i), 1) = (which.checked_rem(self.positions.len()), bytes.below(2)) {
+            let [x, y, z, w] = self.positions[i];
+            plane[3] = -(plane[0] * x + plane[1] * y + plane[2] * z) / w;
+        }
+        plane
     }
 
     fn vertex(&self, bytes: &mut Bytes<'_>, viewport: Viewport, origin: (i32, i32)) -> [f64; 4] {
