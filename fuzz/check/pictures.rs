@@ -4,11 +4,12 @@
 
 use std::path::Path;
 
-use crate::picture;
+use crate::picture::{self, TextureLimit};
 
 pub(crate) fn pictures(data: &[u8]) {
     let path = Path::new("fuzzed");
-    match picture::decode(data, path) {
+    let decode = || picture::decode(data, path, TextureLimit::default());
+    match decode() {
         Err(failure) => {
             let message = failure.to_string();
             assert!(message.starts_with("fuzzed"), "{message}");
@@ -19,7 +20,7 @@ pub(crate) fn pictures(data: &[u8]) {
             for (u, v) in [(0.0, 0.0), (0.5, 0.5), (0.999, 0.001), (-7.25, 3e9)] {
                 assert_eq!(texture.nearest(u, v)[3], u8::MAX, "opaque at {u}, {v}");
             }
-            let again = picture::decode(data, path).map_err(|failure| failure.to_string());
+            let again = decode().map_err(|failure| failure.to_string());
             assert!(again.is_ok_and(|again| again == texture), "the same each time");
         }
     }

@@ -11,7 +11,7 @@ use crate::canvas::{Canvas, Plan};
 use crate::failure::Failure;
 use crate::flags::DrawFlags;
 use crate::frames::Timings;
-use crate::model::{Lit, Model, Needs};
+use crate::model::{Lit, Model, Needs, TextureLimit};
 use crate::results;
 use crate::scene::{Options, Scene};
 
@@ -48,6 +48,11 @@ pub(crate) struct RenderArgs {
     /// Which faces are left out; front faces are counter-clockwise.
     #[arg(long, value_enum, default_value = "none")]
     cull: CullFlag,
+
+    /// What a texture may take in memory, in MiB: small files may ask for much. (Its sides may have
+    /// 32768 texels in any case.)
+    #[arg(long, value_name = "MIB", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..))]
+    texture_limit: u32,
 
     #[command(flatten)]
     camera: CameraFlags,
@@ -88,7 +93,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
         Shade::Gouraud => Lit::All,
         Shade::Auto => Lit::Bare,
     };
-    let needs = Needs { face_normals: lit != Lit::None || aovs.contains(&Aov::Normal), lit };
+    let needs = Needs {
+        face_normals: lit != Lit::None || aovs.contains(&Aov::Normal),
+        lit,
+        texture_limit: TextureLimit(u64::from(args.texture_limit) << 20),
+    };
     let model = Model::read(&args.model, needs)?;
 
     let camera = camera.frame(&model.subject())?;

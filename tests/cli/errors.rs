@@ -95,6 +95,18 @@ fn bad_materials_and_textures_are_named_with_their_line() {
     }
 }
 
+#[test]
+fn bad_textures_are_those_beyond_the_limit() {
+    let model =
+        format!("mtllib m.mtl\nusemtl a\nvt 0 0\n{}", TRIANGLE.replace("1 2 3", "1/1 2/1 3/1"));
+    let folder = Folder::with(&[("m.obj", &model)]);
+    folder.write_png("large.png", 1024, &vec![[1, 2, 3, 4]; 1024 * 1024]);
+    folder.write("m.mtl", b"newmtl a\nmap_Kd large.png\n");
+    let wanted = "large.png: cannot use this picture as a texture: it takes 4 MiB; --texture-limit";
+    folder.bad("render m.obj -o out.png --texture-limit 3", wanted);
+    assert_eq!(folder.run("render m.obj -o out.png --texture-limit 4").code, Some(0));
+}
+
 /// PNG's checksum, bit by bit.
 fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(u32::MAX, |crc, byte| {

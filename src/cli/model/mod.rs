@@ -21,6 +21,7 @@ use hyperspan::texture::Texture;
 
 use self::face::{Judge, Verdict};
 use self::obj::{ABSENT, Corners};
+pub(crate) use self::picture::TextureLimit;
 use self::shelf::Shelf;
 use crate::camera::Subject;
 use crate::failure::{Failure, Place};
@@ -158,6 +159,8 @@ pub(crate) struct Needs {
     pub(crate) face_normals: bool,
     /// Which faces are lit: light is not affine over them even where normals are.
     pub(crate) lit: Lit,
+    /// What a texture may take.
+    pub(crate) texture_limit: TextureLimit,
 }
 
 /// Which faces are lit at their vertices.
@@ -192,7 +195,8 @@ impl Model {
         let mut progress = Progress::new("reading");
         let obj = obj::parse(Lines::open(path)?, path, |done| progress.set(done, size))?;
         drop(progress);
-        let mut shelf = Shelf::new(path.parent().unwrap_or(Path::new("")));
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut shelf = Shelf::new(folder, needs.texture_limit);
         let material_of = shelf.materials(path, &obj)?;
         let Shelf { materials, textures, .. } = shelf;
         let mut model = Self {

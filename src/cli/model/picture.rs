@@ -9,8 +9,19 @@ use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Li
 
 use crate::failure::{Failure, Place};
 
+/// Bytes that a texture may take: a small file may ask for many.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TextureLimit(pub(crate) u64);
+
+impl Default for TextureLimit {
+    /// 4 GiB.
+    fn default() -> Self {
+        Self(4 << 30)
+    }
+}
+
 /// Reads a texture; nothing if there is no such file.
-pub(super) fn read(path: &Path) -> Result<Option<Texture>, Failure> {
+pub(super) fn read(path: &Path, limit: TextureLimit) -> Result<Option<Texture>, Failure> {
     match fs::metadata(path) {
         Err(e) if is_missing(&e) => return Ok(None),
         Err(e) => return Err(Failure::io(path, "read", &e)),
@@ -18,13 +29,12 @@ pub(super) fn read(path: &Path) -> Result<Option<Texture>, Failure> {
         Ok(_) => {}
     }
     let bytes = fs::read(path).map_err(|e| Failure::io(path, "read", &e))?;
-    decode(&bytes, path).map(Some)
+    decode(&bytes, path, limit).map(Some)
 }
 
 /// The texture of a file with these `bytes`, which messages call `path`.
-pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Texture, Failure> {
+pub(super) fn decode(bytes: &[u8], path: &Path, limit: TextureLimit) -> Result<Texture, Failure> {
     const MOST_TEXELS_A_SIDE: u32 = 1 << 15;
-    const MOST_BYTES: u64 = 4 << 30;
 
     // What a byte can be of at most: of PNG, 1032 bytes of 8 pixels; of JPEG, a bit for a block of 8 x 8.
     const MOST_TEXELS_A_BYTE: [u64; 2] = [1032 * 8, 8 * 64];
@@ -41,7 +51,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Texture, Failure> {
     let mut limits = Limits::default();
     limits.max_image_width = Some(MOST_TEXELS_A_SIDE);
     limits.max_image_height = Some(MOST_TEXELS_A_SIDE);
-    limits.max_alloc = Some(MOST_BYTES);
+    limits.max_alloc = Some(limit.0);
     reader.limits(limits);
     let failed = |e: ImageError| match e {
         ImageError::Limits(e) => bad(path, &format!("it is too large ({e})")),
@@ -52,6 +62,11 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Texture, Failure> {
     if u64::from(width) * u64::from(height) > most_a_byte * bytes.len() as u64 {
         let size = format!("it says that it has {width} x {height} pixels, and cannot");
         return Err(bad(path, &size));
+    }
+    let taken = decoder.total_bytes().max(u64::from(width) * u64::from(height) * 4);
+    if taken > limit.0 {
+        let what = format!("it takes {} MiB; --texture-limit allows more", taken >> 20);
+        return Err(bad(path, &what));
     }
     let picture = DynamicImage::from_decoder(decoder).map_err(failed)?;
     let mut picture = picture.into_rgba8();

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use super::mtl::{self, Definition};
 use super::obj::Obj;
-use super::{Material, TextureFile, picture};
+use super::picture::{self, TextureLimit};
+use super::{Material, TextureFile};
 use crate::failure::{Failure, Place, warn};
 use crate::text::{Lines, path_from_bytes, quoted, words};
 
@@ -15,6 +16,7 @@ use crate::text::{Lines, path_from_bytes, quoted, words};
 #[derive(Debug)]
 pub(super) struct Shelf<'a> {
     folder: &'a Path,
+    limit: TextureLimit,
     /// Those that were found; the first is what is drawn without one.
     pub(super) materials: Vec<Material>,
     /// Those that the materials use.
@@ -25,9 +27,9 @@ pub(super) struct Shelf<'a> {
 
 impl<'a> Shelf<'a> {
     /// What a model in `folder` names is looked for there.
-    pub(super) fn new(folder: &'a Path) -> Self {
+    pub(super) fn new(folder: &'a Path, limit: TextureLimit) -> Self {
         let plain = Material { name: String::new(), diffuse: [1.0; 3], texture: None };
-        Self { folder, materials: vec![plain], textures: Vec::new(), seen: HashMap::new() }
+        Self { folder, limit, materials: vec![plain], textures: Vec::new(), seen: HashMap::new() }
     }
 
     /// The material (an index into `materials`) for each name that `obj` uses. What is missing
@@ -136,7 +138,7 @@ impl<'a> Shelf<'a> {
         if let Some(known) = self.seen.get(&path) {
             return Ok(*known);
         }
-        let found = picture::read(&path)?.map(|texture| {
+        let found = picture::read(&path, self.limit)?.map(|texture| {
             self.textures.push(TextureFile { path: path.clone(), texture });
             self.textures.len() - 1
         });
