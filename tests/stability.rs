@@ -3,6 +3,7 @@
 
 #[expect(dead_code, reason = "each test file uses a part of it")]
 mod oracle;
+#[expect(dead_code, reason = "tests/soak.rs uses the rest")]
 #[path = "../src/cli/bench/reference/mod.rs"]
 mod reference;
 #[expect(dead_code, reason = "tables and searches of some seconds are the program's")]

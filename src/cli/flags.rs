@@ -158,11 +158,27 @@ fn stats_sink(text: &str) -> Result<Sink, String> {
 /// More threads than any machine has use for.
 const MOST_THREADS: u32 = 1024;
 
-fn threads(text: &str) -> Result<u32, String> {
+/// Reads a number of threads.
+pub(crate) fn thread_count(text: &str) -> Result<u32, String> {
     match text.parse() {
         Ok(threads @ 0..=MOST_THREADS) => Ok(threads),
         _ => Err(format!("give a whole number: 0 (one for each core) to {MOST_THREADS}")),
     }
+}
+
+/// What `--threads` comes to: 0 is one for each core.
+pub(crate) fn threads(asked: u32) -> usize {
+    match asked {
+        0 => std::thread::available_parallelism().map_or(1, NonZero::get),
+        threads => threads as usize,
+    }
+}
+
+/// So many threads.
+pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool, Failure> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| {
+        Failure::new(format!("cannot start {threads} threads: {e}; give fewer --threads"))
+    })
 }
 
 /// `--precision`
@@ -226,7 +242,7 @@ pub(crate) struct DrawFlags {
     crop: Option<Crop>,
 
     /// Threads; 0 is one for each core. The picture is the same.
-    #[arg(long, value_name = "N", default_value = "0", value_parser = threads, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = thread_count, allow_hyphen_values = true)]
     threads: u32,
 
     /// Instructions to draw with: auto (the widest), scalar, sse2, sse4.2, avx2, avx512, neon or
@@ -262,10 +278,7 @@ impl DrawFlags {
 
     /// How many threads draw.
     pub(crate) fn threads(&self) -> usize {
-        match self.threads {
-            0 => std::thread::available_parallelism().map_or(1, NonZero::get),
-            threads => threads as usize,
-        }
+        threads(self.threads)
     }
 
     /// Runs `work` with as many threads to draw on.
@@ -277,11 +290,7 @@ impl DrawFlags {
         if threads == 1 {
             return Ok(work());
         }
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.map_err(|e| {
-            Failure::new(format!("cannot start {threads} threads: {e}; give fewer --threads"))
-        })?;
-        Ok(pool.install(work))
+        Ok(pool(threads)?.install(work))
     }
 
     /// The part of a picture of `size` that is drawn: all of it if nobody says otherwise.

@@ -55,14 +55,18 @@ enum Verb {
 const DIFFERENT: u8 = 1;
 const FAILED: u8 = 2;
 
+/// Of what was compared.
+fn code(same: bool) -> ExitCode {
+    if same { ExitCode::SUCCESS } else { ExitCode::from(DIFFERENT) }
+}
+
 fn main() -> ExitCode {
     let result = match Cli::parse().verb {
         Verb::Render(args) => render::run(&args).map(|()| ExitCode::SUCCESS),
         Verb::Tile(args) => tile::run(&args).map(|()| ExitCode::SUCCESS),
         Verb::Info(args) => info::run(&args).map(|()| ExitCode::SUCCESS),
-        Verb::Bench(args) => bench::run(&args).map(|()| ExitCode::SUCCESS),
-        Verb::Compare(args) => compare::run(&args)
-            .map(|same| if same { ExitCode::SUCCESS } else { ExitCode::from(DIFFERENT) }),
+        Verb::Bench(args) => bench::run(&args).map(code),
+        Verb::Compare(args) => compare::run(&args).map(code),
     };
     result.unwrap_or_else(|failure| {
         failure::say(&format!("error: {failure}"));

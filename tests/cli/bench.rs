@@ -162,3 +162,29 @@ fn bench_refuses_what_it_cannot_do() {
     folder.bad("bench --svg missing/chart.svg", "missing");
     folder.bad("bench --heat missing", "make it first");
 }
+
+/// A few seconds of the soak; tests/soak.rs shows that it would notice.
+#[test]
+fn bench_soaks_without_a_disagreement() {
+    let folder = Folder::new();
+    folder.good("bench --soak 2 --threads 2 --json soak.json --md soak.md");
+    let soak = folder.json("soak.json");
+    assert_eq!((soak["disagreements"].as_u64(), soak["seed"].as_u64()), (Some(0), Some(1)));
+    let kinds = soak["kinds"].as_array().expect("an array");
+    assert_eq!(kinds.len(), 13);
+    assert!(kinds.iter().all(|kind| number(kind, "covered") > 0.0), "{soak}");
+    for precision in ["fast", "exact"] {
+        for quantity in ["depth", "w", "1/w", "attribute"] {
+            let part = number(&soak[precision], quantity);
+            assert!(part > 0.1 && part <= 1.0, "{precision} {quantity}: {part}");
+        }
+    }
+    let tables = String::from_utf8(folder.read("soak.md")).expect("UTF-8");
+    assert!(tables.contains(" 0 disagreements.") && tables.contains("| clipped net | "));
+    // One scene, by its number.
+    let out = folder.good("bench --soak 0 --seed 7 --from 5");
+    assert!(String::from_utf8(out).expect("UTF-8").contains("\n| all | 1 | "));
+    folder.bad("bench --soak never", "give seconds");
+    folder.bad("bench --from 5", "--soak");
+    folder.bad("bench --soak 1 --stress", "cannot be used with");
+}

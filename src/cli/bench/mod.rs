@@ -13,6 +13,8 @@ mod rungs;
 mod sampling;
 mod scenes;
 mod shaders;
+mod soak;
+mod soak_report;
 mod stress;
 mod stress_report;
 mod svg;
@@ -23,7 +25,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use crate::failure::{Failure, Place};
-use crate::flags::Sink;
+use crate::flags::{Sink, pool, thread_count, threads};
 use crate::output::{Staged, check_place, print, write_rgba_png};
 use crate::progress::Progress;
 use machine::{Machine, machine};
@@ -83,12 +85,25 @@ pub(crate) struct BenchArgs {
     #[arg(long, conflicts_with_all = ["svg", "heat", "scene", "rung", "w_ratio", "width", "simd"])]
     stress: bool,
 
+    /// Instead: random scenes for so long, each pixel against a coverage oracle and each value
+    /// against the reference; one scene at least. Exit code 1 if there is a disagreement.
+    #[arg(long, value_name = "SECONDS", conflicts_with_all = ["svg", "heat", "scene", "rung", "w_ratio", "width", "simd", "quick", "stress"], value_parser = seconds, allow_hyphen_values = true)]
+    soak: Option<f64>,
+
+    /// With --soak: the number of the first scene.
+    #[arg(long, value_name = "SCENE", requires = "soak", default_value = "0")]
+    from: u64,
+
+    /// With --soak: so many scenes at a time; 0 is one for each core.
+    #[arg(long, value_name = "N", requires = "soak", default_value = "1", value_parser = thread_count, allow_hyphen_values = true)]
+    threads: u32,
+
     /// With --stress: a search that climbs towards the worst polygon, for so long.
     #[arg(long, value_name = "SECONDS", requires = "stress", value_parser = seconds, allow_hyphen_values = true)]
     search: Option<f64>,
 
-    /// With --stress: another number gives other polygons.
-    #[arg(long, value_name = "N", requires = "stress", default_value = "1")]
+    /// With --stress and --soak: another number gives other polygons.
+    #[arg(long, value_name = "N", default_value = "1")]
     seed: u64,
 
     /// Instructions to draw with: auto (the widest), or scalar, sse2, sse4.2, avx2, avx512, neon or
@@ -115,11 +130,14 @@ fn seconds(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "give seconds, from 0 to 1000000".to_owned())
 }
 
-/// Measures what `args` asks for, and writes it.
-pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
+/// Measures what `args` asks for, and writes it. Is all as it must be?
+pub(crate) fn run(args: &BenchArgs) -> Result<bool, Failure> {
     args.check()?;
+    if let Some(seconds) = args.soak {
+        return run_soak(args, seconds);
+    }
     if args.stress {
-        return run_stress(args);
+        return run_stress(args).map(|()| true);
     }
     let plan = Plan::new(args);
     let cases = plan.cases();
@@ -136,7 +154,8 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
         }
     }
     drop(progress);
-    write(args, &report, staged)
+    write(args, &report, staged)?;
+    Ok(true)
 }
 
 impl BenchArgs {
@@ -324,6 +343,21 @@ fn run_stress(args: &BenchArgs) -> Result<(), Failure> {
         return Err(Failure::new("an error is beyond its bound: see the entries above 1"));
     }
     Ok(())
+}
+
+/// Draws random scenes. Are they all as they must be?
+fn run_soak(args: &BenchArgs, seconds: f64) -> Result<bool, Failure> {
+    let (seed, first) = (args.seed, args.from);
+    let options = soak::Options { seconds, seed, first, threads: threads(args.threads) };
+    let mut progress = Progress::new("soaking");
+    const PARTS: u64 = 1000;
+    let mut tell = |part: f64| progress.set((part * PARTS as f64) as u64, PARTS);
+    let soaked = soak::run(options, &pool(soak::POOL)?, &mut tell);
+    drop(progress);
+    let markdown = || soak_report::markdown(&soaked, options);
+    let json = || soak_report::json(&soaked, options).to_string();
+    write_texts(&[(&args.json, &json), (&args.md, &markdown)], &markdown, Staged::default())?;
+    Ok(soaked.disagreements == 0)
 }
 
 /// Writes what is asked for: all of it, or nothing.

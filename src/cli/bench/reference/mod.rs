@@ -9,6 +9,8 @@
 //! without error but for the quotient.
 
 mod expansion;
+pub(crate) mod run;
+mod sides;
 
 use std::cmp::Ordering;
 
