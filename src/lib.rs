@@ -73,6 +73,7 @@ mod along;
 mod patch;
 mod triangle;
 mod span;
+mod tested;
 mod prepared;
 mod row;
 pub mod depth;

@@ -1,18 +1,19 @@
-//! What all blocks of a polygon have in common: prepared once, and for each row once more.
+//! What all blocks of a polygon have in common of its attributes: prepared once, and for each row
+//! once more.
 //!
-//! Quantities that go by blocks (see [`along`](crate::along)), and strict ones by their quick test
+//! Attributes that go by blocks (see [`along`](crate::along)), and strict ones by their quick test
 //! (see [`doubt`](crate::doubt)): the same operations on the same numbers as where each block is
 //! looked at by itself, or another way to values that are correctly rounded in either.
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f64x4, mask32x16};
 
 use crate::along::{
-    AHEAD, MIDDLE, Middles, OnRow, always_near, least_for_depth, least_for_numerator, least_for_q,
-    least_for_row, middles_from, off_middle,
+    AHEAD, MIDDLE, Middles, OnRow, always_near, least_for_numerator, least_for_q, least_for_row,
+    middles_from, off_middle,
 };
 use crate::doubt::{Doubt, LARGEST_Q};
 use crate::gradient::frame::Linear;
-use crate::gradient::{Field, Gradients, Plain, Quantity, Strict, nearest_f32};
+use crate::gradient::{Field, Gradients, Plain, Strict, nearest_f32};
 use crate::lanes::{Narrow, Wide, WideMask, bits_of, clamp_numbers};
 use crate::shade::BLOCK;
 
@@ -22,158 +23,6 @@ pub(crate) const FUNCTIONS: usize = 8;
 
 /// Its bits.
 const NEGATIVE_ZERO: u32 = (-0.0_f32).to_bits();
-
-/// What the depth test compares.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Tested<S: Simd> {
-    function: Linear,
-    on_row: OnRow,
-    /// For what is strict: Q, and what it must be.
-    q: Linear,
-    q_on_row: OnRow,
-    least_q: f64,
-    kind: Kind<S>,
-    low: Narrow<S>,
-    high: Narrow<S>,
-}
-
-/// How what is tested is found.
-#[derive(Clone, Copy, Debug)]
-enum Kind<S: Simd> {
-    Plain {
-        off_middle: Narrow<S>,
-        /// Where the middle is within these, all lanes are near each other, and none needs to be
-        /// clamped.
-        within: [f64; 2],
-        /// From here on lanes are near each other.
-        near: f64,
-        /// Below this a value has yet to be found.
-        doubtful_below: f64,
-    },
-    /// Each lane by itself: 1/w has to scale with w, down to where `f32` holds no small part of it.
-    Each,
-    /// Times so much; what is less than `least` is undecided.
-    Strict { scale: f64, least: f32 },
-}
-
-impl<S: Simd> Tested<S> {
-    #[inline(always)]
-    pub(crate) fn new(simd: S, gradients: &Gradients, quantity: Quantity) -> Option<Self> {
-        let (function, range, kind) = match gradients.field(quantity)? {
-            Field::Plain(plain) if quantity == Quantity::InvW => {
-                (plain.numerator, plain.range, Kind::Each)
-            }
-            Field::Plain(plain) => {
-                // Room for what rounds.
-                const ROOM: f64 = 1.0 / 1_048_576.0;
-                let function = plain.numerator;
-                let [low, high] = plain.range.map(f64::from);
-                let reach = MIDDLE * function.x.abs() + high * ROOM;
-                let (near, inside) = (least_for_depth(plain), low + reach);
-                let within = [if near > inside { near } else { inside }, high - reach];
-                let off_middle = off_middle(simd, function.x);
-                let kind =
-                    Kind::Plain { off_middle, within, near, doubtful_below: plain.doubtful_below };
-                (function, plain.range, kind)
-            }
-            Field::Strict(strict) if !strict.over_w => {
-                let least = Doubt::of_scaled(strict, gradients.det_relative_error)?.least(0.0);
-                let kind = Kind::Strict { scale: strict.scale, least };
-                (strict.numerator, strict.range, kind)
-            }
-            _ => return None,
-        };
-        let [low, high] = range.map(|end| Narrow::splat(simd, end));
-        let (q, least_q) = match kind {
-            Kind::Strict { .. } => (gradients.unit_q, Doubt::least_q(gradients)?),
-            _ => (Linear::default(), 0.0),
-        };
-        let (on_row, q_on_row) = (OnRow::of(&function, 0.0), OnRow::of(&q, 0.0));
-        Some(Self { function, on_row, q, q_on_row, least_q, kind, low, high })
-    }
-
-    /// Goes to the row `v` from the anchor.
-    #[inline(always)]
-    pub(crate) fn seek(&mut self, v: f64) {
-        self.on_row = OnRow::of(&self.function, v);
-        self.q_on_row = OnRow::of(&self.q, v);
-    }
-
-    /// What is tested in the middles of the block around `middle` and the next ones, and in how many
-    /// of them it can be used.
-    #[inline(always)]
-    pub(crate) fn look_ahead(&self, simd: S, middle: f64) -> (Middles, usize) {
-        let middles = middles_from(simd, middle);
-        let Kind::Plain { within, .. } = self.kind else {
-            let q = self.q_on_row.at_all(simd, middles);
-            let least = self.least_q + MIDDLE * self.q_on_row.step.abs();
-            let good = q.simd_ge(f64x4::splat(simd, least));
-            return (Middles::none(), good.to_bitmask().trailing_ones() as usize);
-        };
-        let values = self.on_row.at_all(simd, middles);
-        let [low, high] = within.map(|end| f64x4::splat(simd, end));
-        let good = values.simd_ge(low) & values.simd_le(high);
-        (Middles::of(values), good.to_bitmask().trailing_ones() as usize)
-    }
-
-    /// What is tested around `middle`: by its block, unless the polygon is `narrow` or lanes are not
-    /// near each other, else each lane by itself. Nothing where it cannot be used; and the lanes that
-    /// are undecided.
-    #[inline(always)]
-    pub(crate) fn find_one(&self, simd: S, middle: f64, narrow: bool) -> Option<(Narrow<S>, u16)> {
-        match self.kind {
-            Kind::Plain { off_middle, near, doubtful_below, .. } => {
-                if !narrow && self.on_row.at(middle).abs() >= near {
-                    let value = self.on_row.near(simd, middle, off_middle);
-                    return Some((clamp_numbers(value, self.low, self.high), 0));
-                }
-                let value = self.on_row.wide(simd, middle);
-                let mut undecided = 0;
-                if doubtful_below > 0.0 {
-                    undecided = value.abs().below(Wide::splat(simd, doubtful_below));
-                }
-                Some((clamp_numbers(value.narrow(), self.low, self.high), undecided))
-            }
-            Kind::Each => Some(self.lanes(simd, &Middles::none(), 0, middle)),
-            Kind::Strict { .. } => {
-                let q = self.q_on_row;
-                (q.at(middle) >= self.least_q + MIDDLE * q.step.abs())
-                    .then(|| self.lanes(simd, &Middles::none(), 0, middle))
-            }
-        }
-    }
-
-    /// For [`Middles::lanes`], if that is all.
-    #[inline(always)]
-    pub(crate) fn off_middle(&self) -> Option<Narrow<S>> {
-        if let Kind::Plain { off_middle, .. } = self.kind { Some(off_middle) } else { None }
-    }
-
-    /// What is tested in block `i` of those, around `middle`; and the lanes that are undecided.
-    #[inline(always)]
-    pub(crate) fn lanes(
-        &self,
-        simd: S,
-        ahead: &Middles,
-        i: usize,
-        middle: f64,
-    ) -> (Narrow<S>, u16) {
-        match self.kind {
-            Kind::Plain { off_middle, .. } => (ahead.lanes(simd, i, off_middle), 0),
-            Kind::Each => {
-                let value = self.on_row.wide(simd, middle).narrow();
-                (clamp_numbers(value, self.low, self.high), 0)
-            }
-            Kind::Strict { scale, least } => {
-                let value = self.on_row.wide(simd, middle) * Wide::splat(simd, scale);
-                let rounded = value.narrow();
-                let decided = rounded.abs().simd_ge(Narrow::splat(simd, least));
-                let undecided = value.near_tie(simd).bits() | !bits_of(simd, decided);
-                (rounded.max(self.low).min(self.high), undecided)
-            }
-        }
-    }
-}
 
 /// Those of functions that are found together, four at a time.
 #[derive(Clone, Copy, Debug, Default)]

@@ -16,10 +16,11 @@ use crate::along::{
 use crate::edge::Span;
 use crate::gradient::{Field, Plain, Quantity};
 use crate::lanes::{Narrow, clamp_numbers};
-use crate::prepared::{Prepared, Tested};
+use crate::prepared::Prepared;
 use crate::settle::Walked;
 use crate::shade::BLOCK;
 use crate::span::{InRow, Values, Walker};
+use crate::tested::Tested;
 
 /// Polygons of fewer columns have few blocks in a row.
 const SHORT: i32 = 64;

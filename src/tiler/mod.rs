@@ -8,9 +8,8 @@ use crate::clip::{ClipPlane, Clipper, VertexArrays};
 use crate::depth::{DepthSource, DepthTest};
 use crate::divide::ScreenVertex;
 use crate::edge::{Outline, Span};
-use crate::gradient::{AttributesOf, Field, Gradients, Subject, Wanted};
+use crate::gradient::{AttributesOf, Gradients, Subject, Wanted};
 use crate::paint::{Covered, Placement, paint};
-use crate::patch::Patches;
 use crate::placed::Constants;
 use crate::polygon::Polygon;
 use crate::settle::Walked;
@@ -31,7 +30,7 @@ mod small;
 pub(crate) mod sort;
 
 use hidden::TestedSpans;
-use scan::{Counts, Taken};
+use scan::{Counts, Taken, may_be_packed, pack};
 use small::Sight;
 
 /// Which polygons are left out for the way they face. Front faces are counter-clockwise with
@@ -478,23 +477,6 @@ impl Scratch {
             + self.gradients.bytes()
             + self.attributes.capacity() * size_of::<[f32; BLOCK]>()
     }
-}
-
-/// The patches of a narrow polygon, whose rows would leave most lanes of their blocks empty.
-#[inline(always)]
-fn pack(spans: &[Span], seen: PixelRect, corner: [i32; 2]) -> Option<Patches> {
-    let mut patches = Patches::of(seen)?;
-    for span in spans {
-        patches.cover_run(span.row + corner[1], span.start + corner[0], span.end + corner[0]);
-    }
-    Some(patches)
-}
-
-/// Can all but the attributes be found without spans?
-#[inline(always)]
-fn may_be_packed(gradients: &Gradients) -> bool {
-    let across = |field: &Option<Field>| matches!(field, Some(Field::Across(..)));
-    !across(&gradients.depth) && !across(&gradients.inv_w) && !across(&gradients.w)
 }
 
 /// Compiled for the instruction set: it is arithmetic from end to end.

@@ -1,4 +1,5 @@
-//! Any polygon, up to its spans: taken in, clipped, divided, culled, scan-converted.
+//! Any polygon, up to its spans, and to patches if it is narrow: taken in, clipped, divided, culled,
+//! scan-converted.
 
 use alloc::vec::Vec;
 
@@ -7,6 +8,8 @@ use crate::clip::Clipped;
 use crate::divide::{ScreenVertex, divide, snapped_area};
 use crate::edge::Span;
 use crate::fixed::{exponent_of, power_of_two};
+use crate::gradient::{Field, Gradients};
+use crate::patch::Patches;
 use crate::polygon::Polygon;
 use crate::space::{PixelRect, Viewport};
 
@@ -160,6 +163,23 @@ fn moderate(positions: &mut [[f64; 4]], exponent: i32) -> i32 {
         *component = *component * first * second;
     }
     exponent
+}
+
+/// The patches of a narrow polygon, whose rows would leave most lanes of their blocks empty.
+#[inline(always)]
+pub(super) fn pack(spans: &[Span], seen: PixelRect, corner: [i32; 2]) -> Option<Patches> {
+    let mut patches = Patches::of(seen)?;
+    for span in spans {
+        patches.cover_run(span.row + corner[1], span.start + corner[0], span.end + corner[0]);
+    }
+    Some(patches)
+}
+
+/// Can all but the attributes be found without spans?
+#[inline(always)]
+pub(super) fn may_be_packed(gradients: &Gradients) -> bool {
+    let across = |field: &Option<Field>| matches!(field, Some(Field::Across(..)));
+    !across(&gradients.depth) && !across(&gradients.inv_w) && !across(&gradients.w)
 }
 
 /// The pixels of the framebuffer whose centres the snapped vertices may enclose.

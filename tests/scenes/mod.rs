@@ -193,7 +193,8 @@ impl Scene {
 
 /// As many of `full`, which are those of 1920 x 1080, as there is room for.
 fn in_proportion(size: (u32, u32), full: usize) -> usize {
-    full * (size.0 * size.1) as usize / (1920 * 1080)
+    // In 64 bits also where `usize` has 32.
+    (full as u64 * u64::from(size.0 * size.1) / (1920 * 1080)) as usize
 }
 
 fn index(i: usize) -> u32 {
