@@ -144,20 +144,67 @@ pub trait Shader {
     fn shade(&mut self, block: &Block<'_>, out: &mut [Self::Pixel; BLOCK]) -> u16;
 }
 
-/// A closure that is called for each pixel that passes.
+/// A closure that is called for each pixel that passes. Everything that a [`Fragment`] has is found
+/// for it; see [`Attributes`] for less.
 impl<P: Copy + Default + 'static, F: FnMut(&Fragment<'_>) -> P> Shader for F {
     type Pixel = P;
+    const KEEPS_ALL: bool = true;
 
     #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, out: &mut [P; BLOCK]) -> u16 {
-        let mut left = block.mask;
-        while left != 0 {
-            let lane = left.trailing_zeros() as u16;
-            left &= left - 1;
-            out[usize::from(lane)] = self(&Fragment { block, lane });
-        }
-        block.mask
+        each_lane(self, block, out)
     }
+}
+
+/// A closure that reads where a pixel is and its first `N` attributes, and nothing else: depth, w and
+/// 1/w, which are unspecified, are not found for it, nor further attributes, which are NaN.
+///
+/// ```
+/// use hyperspan::shade::{Attributes, unorm8};
+///
+/// let grey = Attributes::<1, _>(|pixel: &hyperspan::Fragment<'_>| unorm8(pixel.attribute(0)));
+/// # fn is_shader(_: impl hyperspan::Shader<Pixel = u8>) {}
+/// # is_shader(grey);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Attributes<const N: usize, F>(pub F);
+
+impl<const N: usize, P, F> Shader for Attributes<N, F>
+where
+    P: Copy + Default + 'static,
+    F: FnMut(&Fragment<'_>) -> P,
+{
+    type Pixel = P;
+    const INPUTS: Inputs = Inputs::attributes(N);
+    const KEEPS_ALL: bool = true;
+
+    #[inline(always)]
+    fn shade(&mut self, block: &Block<'_>, out: &mut [P; BLOCK]) -> u16 {
+        each_lane(&mut self.0, block, out)
+    }
+}
+
+/// Calls `closure` for the lanes of `block` that are set.
+#[inline(always)]
+fn each_lane<P>(
+    closure: &mut impl FnMut(&Fragment<'_>) -> P,
+    block: &Block<'_>,
+    out: &mut [P; BLOCK],
+) -> u16 {
+    if block.mask == u16::MAX {
+        // Without a look at the mask, lanes may become vectors.
+        for (lane, out) in (0..).zip(out) {
+            *out = closure(&Fragment { block, lane });
+        }
+        return block.mask;
+    }
+    let mut left = block.mask;
+    while left != 0 {
+        let lane = left.trailing_zeros() as u16;
+        left &= left - 1;
+        out[usize::from(lane)] = closure(&Fragment { block, lane });
+    }
+    block.mask
 }
 
 /// The same pixel all over: a colour, or an id.

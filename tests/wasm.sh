@@ -57,7 +57,9 @@ import { readFile } from "node:fs/promises";
 const { instance } = await WebAssembly.instantiate(await readFile(process.argv[2]), {});
 process.exitCode = instance.exports.main(0, 0);
 const memory = Buffer.from(instance.exports.memory.buffer);
-const [begin, end] = [memory.indexOf("<<begin>>"), memory.indexOf("<<end>>")];
+// The marks alone lie before them.
+const begin = memory.lastIndexOf("<<begin>>");
+const end = memory.indexOf("<<end>>", begin);
 if (process.exitCode !== 0) console.error(memory.toString("utf8", begin + 9, end));
 JS
 # The versions that the project is tested with.

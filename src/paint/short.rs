@@ -11,13 +11,14 @@ use super::{BlockAt, Canvas, passing_lanes, quantity_of};
 use crate::depth::DepthSource;
 use crate::prepared::FUNCTIONS;
 use crate::row::AlongSpans;
-use crate::shade::{BLOCK, Shader};
+use crate::shade::{BLOCK, Inputs, Shader};
 use crate::span::Values;
 use crate::target::Target;
 
 impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
     /// Paints the blocks `range`, all of whose lanes lie in the target, covered or not; up to the
-    /// first that is not prepared, or none if the target does not store pixels so. Returns how many.
+    /// first that is not prepared, or none if the target does not store pixels so. Returns how many,
+    /// by which the walker has gone on.
     #[inline(always)]
     pub(super) fn paint_short<L: Simd>(
         &mut self,
@@ -28,15 +29,15 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
     ) -> i32 {
         let (test, inputs) = (self.place.test, S::INPUTS);
         let (has_depth, first_block) = (depths.is_some(), range.start);
-        if !self.finds_all(walker, has_depth) {
-            return 0;
-        }
+        // What is not prepared is found block by block.
+        let rest = Inputs { attributes: 0, ..inputs };
         let Some((pixels, stored)) = blocks(self.target, row, range, depths) else { return 0 };
         let all = pixels.len() as i32;
-        let (simd, mut middle) = (walker.simd(), walker.middle());
+        let simd = walker.simd();
         let mut found = [0.0; BLOCK];
         let mut count = inputs.attributes;
         for (done, (block, pixels)) in (first_block..).zip(pixels).enumerate() {
+            let middle = walker.middle();
             let mut mask = row.mask(block);
             if has_depth {
                 let Some(tested) = &walker.tested else { return done as i32 };
@@ -47,7 +48,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 new.store_array(&mut found);
                 if undecided & mask != 0 {
                     let quantity = quantity_of(test.source);
-                    walker.decide(done as i32, quantity, row.span, mask, &mut found);
+                    walker.decide(0, quantity, row.span, mask, &mut found);
                 }
                 mask &= passing_lanes(simd, test.compare, &found, stored);
             }
@@ -67,7 +68,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                     let Some(undecided) = undecided else { return done as i32 };
                     if undecided != 0 {
                         let lanes = &mut lanes[..count];
-                        walker.decide_attributes(done as i32, row.span, mask, lanes);
+                        walker.decide_attributes(0, row.span, mask, lanes);
                     }
                 }
                 match test.source {
@@ -78,6 +79,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 self.shaded += u64::from(mask.count_ones());
                 let first = [row.column_at(block), row.first[1]];
                 let at = BlockAt { first, columns: 16, span: Some(row.span), mask };
+                self.lanes.find(rest, walker, at);
                 let shaded = self.lanes.block(at, &self.lanes.attributes[..count]);
                 if S::KEEPS_ALL && mask == u16::MAX {
                     self.shader.shade(&shaded, pixels);
@@ -95,7 +97,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                     store_lanes(simd, mask, &found, stored);
                 }
             }
-            middle += BLOCK as f64;
+            walker.advance(1);
         }
         all
     }

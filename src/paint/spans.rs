@@ -35,6 +35,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         if let Some(depth) = depth.as_deref() {
             fetch(depth, spans, [corner[0] - origin[0], corner[1] - origin[1]]);
         }
+        let one_by_one = walker.short || !self.finds_all(&walker, depth.is_some());
         for span in spans {
             let y = span.row + corner[1];
             let (start, end) = (span.start + corner[0], span.end + corner[0]);
@@ -55,16 +56,15 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
             let within = row.within(width);
             let mut i = 0;
             while i < row.blocks {
-                if !walker.short && within.contains(&i) {
+                if !one_by_one && within.contains(&i) {
                     let range = i..within.end;
                     let done = self.paint_within(&mut walker, row, range, depths.as_deref_mut());
                     walker.advance(done);
                     i += done;
                 }
                 if within.contains(&i) {
-                    let range = i..if walker.short { within.end } else { i + 1 };
+                    let range = i..if one_by_one { within.end } else { i + 1 };
                     let done = self.paint_short(&mut walker, row, range, depths.as_deref_mut());
-                    walker.advance(done);
                     i += done;
                     if done > 0 {
                         continue;
@@ -82,7 +82,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
 
     /// Is all that is asked for among what is prepared?
     #[inline(always)]
-    pub(super) fn finds_all<L: Simd>(&self, walker: &AlongSpans<'_, L>, has_depth: bool) -> bool {
+    fn finds_all<L: Simd>(&self, walker: &AlongSpans<'_, L>, has_depth: bool) -> bool {
         let (source, inputs) = (self.place.test.source, S::INPUTS);
         let is_given = |of, reads: bool| !reads || has_depth && source == of;
         is_given(DepthSource::Z, inputs.depth)
@@ -104,9 +104,6 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         let (test, inputs) = (self.place.test, S::INPUTS);
         let (has_depth, first_block) = (depths.is_some(), range.start);
         let (reads_z, reads_inv_w) = (inputs.depth, inputs.inv_w);
-        if !self.finds_all(walker, has_depth) {
-            return 0;
-        }
         let Some((pixels, stored)) = blocks(self.target, row, range, depths) else { return 0 };
         let count = pixels.len();
         let simd = walker.simd();
