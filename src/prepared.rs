@@ -224,9 +224,9 @@ impl<S: Simd> Prepared<S> {
         if count >= HALF {
             four_of(simd, c, y, v, HALF).store_slice(&mut self.starts[HALF..]);
         }
-        if self.divided == Divided::ByRow && !self.narrow {
+        if self.divided == Divided::ByRow {
             self.r = 1.0 / self.starts[0];
-            for i in (1..=count).take_while(|_| !self.strict) {
+            for i in (1..=count).take_while(|_| !self.strict && !self.narrow) {
                 let on_row = OnRow { start: self.starts[i], step: self.functions.x[i] };
                 let on_row = on_row.times(self.r);
                 (self.starts[i], self.steps[i]) = (on_row.start, on_row.step);

@@ -48,6 +48,7 @@ impl Compared {
 fn agrees(view: &View, poly: &Poly, compared: &Compared) -> Result<(), TestCaseError> {
     let (_, picture, stats) = probe::draw(view, poly);
     let found = judge::values(view, poly, &picture).map_err(TestCaseError::fail)?;
+    probe::same_in_rows(view, poly, &picture).map_err(TestCaseError::fail)?;
     compared.pixels.add(picture.len());
     compared.values.add(found.values);
     compared.between.add(found.between);
@@ -275,6 +276,40 @@ fn precision_of_an_edge_on_triangle_is_that_of_the_nearest_vertex() {
 
 /// Triangles as narrow as some steps of the grid, at any ratio of distances: the plane in `f64`
 /// is good for little.
+/// Triangles with a level side, from hardly wider than a pixel to wider than four blocks, whose w is
+/// constant along rows, or all over.
+fn level_triangles() -> impl Strategy<Value = (View, Poly)> {
+    let width = prop_oneof![1.0..17.0_f64, 1.0..80.0_f64];
+    let place = (0.0..20.0_f64, width, -0.5..1.5_f64);
+    let ratio = prop_oneof![Just(1.0), 1.0..9.0_f64, 1.0..1000.0_f64];
+    let attributes = prop::collection::vec([-9.0..9.0_f32, 0.0..1.0_f32], 3);
+    (place, 0.0..150.0_f64, 0.0..150.0_f64, ratio, attributes).prop_map(
+        |((left, width, apex), level, y, ratio, attributes)| {
+            let viewport = Viewport::new(0, 0, 90, 150).expect("small");
+            let corners = [[left, level], [left + width, level], [left + apex * width, y]];
+            let ws = [1.0, 1.0, ratio];
+            let positions = corners.iter().zip(ws).zip(&attributes);
+            let position = |((at, w), values): ((&[f64; 2], f64), &[f32; 2])| {
+                in_range(unproject(viewport, *at, f64::from(values[1]), w))
+            };
+            let positions = positions.map(position).collect();
+            let attributes = attributes.iter().map(|values| values.to_vec()).collect();
+            (View::whole(viewport), Poly { positions, attributes })
+        },
+    )
+}
+
+/// Tall ones of 16 columns or fewer had the reciprocal of another row, or none, in `Exact`.
+#[test]
+fn precision_of_level_triangles_is_exact() {
+    let strategy = (level_triangles(), prop_oneof![Just(Precision::Exact), Just(Precision::Fast)]);
+    let compared = Compared::default();
+    let cases = check(file!(), "precision_level", 2000, &strategy, |((view, poly), precision)| {
+        agrees(&View { precision, ..view }, &poly, &compared)
+    });
+    compared.report(cases, 100);
+}
+
 fn slivers() -> impl Strategy<Value = (View, Poly)> {
     let ends = [[0.0..60.0_f64, 0.0..60.0], [0.0..60.0, 0.0..60.0]];
     let third = (-0.5..1.5_f64, [-1.0..1.0_f64, -1.0..1.0], 0..14_i32);

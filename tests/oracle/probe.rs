@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use hyperspan::polygon::Polygon;
-use hyperspan::shade::Fragment;
+use hyperspan::shade::{BLOCK, Block, Fragment, Inputs, Shader};
 use hyperspan::space::{PixelRect, Viewport};
 use hyperspan::stats::Stats;
-use hyperspan::target::Target;
+use hyperspan::target::{Plane, Target};
 use hyperspan::tiler::{Outcome, Precision, Tiler};
 use hyperspan::varying::Interpolation;
 
@@ -140,4 +140,50 @@ pub(crate) fn draw_with<V: Polygon + ?Sized>(
 /// Which pixels `polygon` covers.
 pub(crate) fn coverage(view: &View, polygon: &Poly) -> Vec<(i32, i32)> {
     draw(view, polygon).1.keys().map(|&(y, x)| (x, y)).collect()
+}
+
+/// Attribute `k`, in the rows of a plane: the way of those who draw fast.
+struct One(usize);
+
+impl Shader for One {
+    type Pixel = u32;
+    const INPUTS: Inputs = Inputs::attributes(usize::MAX);
+    const KEEPS_ALL: bool = true;
+
+    fn shade(&mut self, block: &Block<'_>, out: &mut [u32; BLOCK]) -> u16 {
+        if let Some(lanes) = block.attributes.get(self.0) {
+            *out = lanes.map(f32::to_bits);
+        }
+        block.mask
+    }
+}
+
+/// Does `polygon` have the pixels and the values of `picture` also where whole blocks are shaded in a
+/// plane's rows, through a depth test that all pass?
+pub(crate) fn same_in_rows<V: Polygon + ?Sized>(
+    view: &View,
+    polygon: &V,
+    picture: &Picture,
+) -> Result<(), String> {
+    const NOTHING: u32 = 0xDEAD_BEEF;
+    let (width, height) = view.size();
+    let area = width as usize * height as usize;
+    for k in 0..polygon.attribute_count() {
+        let (mut values, mut depths) = (vec![NOTHING; area], vec![2.0; area]);
+        let mut target = Plane::new(&mut values, width, height).expect("its size");
+        let mut depth = Plane::new(&mut depths, width, height).expect("its size");
+        view.tiler().draw(polygon, &mut One(k), &mut target, Some(&mut depth));
+        for (i, (value, depth)) in values.iter().zip(&depths).enumerate() {
+            let (row, column) = (i / width as usize, i % width as usize);
+            let at = (row as i32 + view.window.y0, column as i32 + view.window.x0);
+            let wanted = picture.get(&at).map(|seen| (seen.attributes[k], seen.depth));
+            let found = (*value, depth.to_bits());
+            if found != wanted.unwrap_or((NOTHING, 2.0_f32.to_bits())) {
+                return Err(format!(
+                    "attribute {k} in rows at {at:?}: {found:x?}, not {wanted:x?}"
+                ));
+            }
+        }
+    }
+    Ok(())
 }
