@@ -11,6 +11,7 @@ use rayon::ThreadPool;
 
 use super::super::reference::Reference;
 use super::cut::Cut;
+use super::marks::Marks;
 use super::outline::{Outline, Span};
 use super::scene::{FIRST_ATTRIBUTE, LANES, MOST_ATTRIBUTES, Piece, Scene, Way};
 use super::values::{Beyond, Compared, Values};
@@ -58,7 +59,7 @@ pub(crate) struct Wrong {
 }
 
 impl Wrong {
-    fn new(piece: usize, what: impl Into<String>) -> Self {
+    pub(super) fn new(piece: usize, what: impl Into<String>) -> Self {
         Self { piece, what: what.into() }
     }
 }
@@ -130,6 +131,7 @@ pub(crate) struct Desk {
     right: Vec<u32>,
     right_depths: Vec<f32>,
     spans: Vec<Span>,
+    pub(crate) marks: Marks,
 }
 
 impl Desk {
@@ -160,6 +162,13 @@ impl Desk {
                 self.test(scene, i as u32, &mut seen);
             }
             self.right = seen;
+        }
+        if let Some(outline) = only_outline(scene) {
+            let counted = self.marks.draw(scene, pool)?;
+            spoil(self);
+            tally.polygons += 1;
+            self.marks.compare(scene, &outline, counted, &mut tally)?;
+            return Ok(tally);
         }
         let stats = self.draw(scene, pool)?;
         spoil(self);
@@ -299,8 +308,8 @@ impl Desk {
     /// Polygons that planes cut; they do not lie upon each other.
     fn compare_cut(&self, scene: &Scene, stats: &Stats, tally: &mut Tally) -> Result<(), Wrong> {
         let drawn = self.ids.iter().filter(|id| **id != NONE).count() as u64;
-        if stats.pixels_covered != drawn {
-            let counted = stats.pixels_covered;
+        let counted = stats.pixels_covered;
+        if counted != drawn && counted.wrapping_sub(drawn) > crowded(scene) {
             return Err(Wrong::new(0, format!("{counted} pixels are drawn on {drawn}")));
         }
         tally.covered += drawn;
@@ -375,6 +384,16 @@ impl Desk {
     }
 }
 
+/// Of a single piece that no plane cuts and whose coverage is all that counts.
+fn only_outline(scene: &Scene) -> Option<Outline> {
+    match &scene.pieces[..] {
+        [piece] if !scene.values && scene.depth.is_none() => {
+            Outline::new(scene.viewport, &piece.positions)
+        }
+        _ => None,
+    }
+}
+
 /// What depth buffers are cleared to: every compare function passes and fails.
 const CLEAR_DEPTH: f32 = 0.5;
 
@@ -388,6 +407,26 @@ fn cut(scene: &Scene, piece: &Piece) -> Option<Cut> {
     Cut::new(&reference(scene, &bare)?, [visible.x0, visible.y0], scene.viewport.grid())
 }
 
+/// How often pixels may be drawn again that three pieces or more may cover: a piece thinner than the
+/// grid's step can be turned over by the snap, and then lies on both its neighbours.
+fn crowded(scene: &Scene) -> u64 {
+    let visible = scene.visible();
+    let cuts: Vec<Option<Cut>> = scene.pieces.iter().map(|piece| cut(scene, piece)).collect();
+    let mut again = 0;
+    for y in visible.y0..visible.y1 {
+        let perhaps = |cut: &Option<Cut>| match cut {
+            Some(cut) => cut.row(y, visible.x0..visible.x1).perhaps,
+            None => [visible.x0, visible.x1],
+        };
+        let spans: Vec<Span> = cuts.iter().map(perhaps).collect();
+        for x in visible.x0..visible.x1 {
+            let pieces = spans.iter().filter(|[start, end]| (*start..*end).contains(&x)).count();
+            again += if pieces > 2 { pieces as u64 - 1 } else { 0 };
+        }
+    }
+    again
+}
+
 fn within([start, end]: Span, rect: PixelRect) -> Option<Span> {
     let span = [start.max(rect.x0), end.min(rect.x1)];
     (span[0] < span[1]).then_some(span)
@@ -399,7 +438,7 @@ fn place(scene: &Scene, at: usize) -> [i32; 2] {
 }
 
 /// Draws all pieces.
-fn run<'a, T, S>(
+pub(super) fn run<'a, T, S>(
     scene: &Scene,
     mut target: T,
     mut shader: S,

@@ -2,17 +2,21 @@
 //! and every value against the reference, for as long as one likes.
 //!
 //! - `scene`   polygons, and how they are drawn
+//! - `shapes`  what scenes are made of
 //! - `kinds`   random scenes
 //! - `outline` the coverage oracle: exact crossings, a row at a time
 //! - `cut`     the same for polygons that planes cut, with a tolerance at their sides
 //! - `values`  compares values with P2
+//! - `marks`   draws a polygon alone and compares which pixels it covers
 //! - `check`   draws a scene and compares
 
 pub(crate) mod check;
 pub(crate) mod cut;
 mod kinds;
+mod marks;
 pub(crate) mod outline;
 pub(crate) mod scene;
+mod shapes;
 pub(crate) mod values;
 
 use std::sync::Mutex;
