@@ -19,7 +19,7 @@ use crate::shade::BLOCK;
 
 /// Q and the numerators of so many attributes, less one, are prepared; of polygons with more, none
 /// is.
-pub(crate) const FUNCTIONS: usize = 8;
+pub(crate) const FUNCTIONS: usize = 12;
 
 /// Its bits.
 const NEGATIVE_ZERO: u32 = (-0.0_f32).to_bits();
@@ -33,7 +33,7 @@ struct Coefficients {
 }
 
 /// So many are.
-const HALF: usize = FUNCTIONS / 2;
+const FOUR: usize = 4;
 
 impl Coefficients {
     #[inline(always)]
@@ -51,7 +51,7 @@ fn four_of<S: Simd>(
     u: f64,
     first: usize,
 ) -> f64x4<S> {
-    let four = first..first + HALF;
+    let four = first..first + FOUR;
     let (start, step) = (&start[four.clone()], &step[four]);
     f64x4::from_slice(simd, start) + f64x4::from_slice(simd, step) * f64x4::splat(simd, u)
 }
@@ -219,10 +219,8 @@ impl<S: Simd> Prepared<S> {
             return;
         }
         let Coefficients { c, y, .. } = &self.functions;
-        let four = four_of(simd, c, y, v, 0);
-        four.store_slice(&mut self.starts[..HALF]);
-        if count >= HALF {
-            four_of(simd, c, y, v, HALF).store_slice(&mut self.starts[HALF..]);
+        for first in (0..=count.min(FUNCTIONS - 1)).step_by(FOUR) {
+            four_of(simd, c, y, v, first).store_slice(&mut self.starts[first..first + FOUR]);
         }
         if self.divided == Divided::ByRow {
             self.r = 1.0 / self.starts[0];
@@ -302,18 +300,27 @@ impl<S: Simd> Prepared<S> {
             return Some(0);
         }
         let four = four_of(simd, &self.starts, &self.steps, middle, 0);
-        let at_middle = if count < HALF {
+        let at_middle = if count < FOUR {
             Middles::of(four)
         } else {
-            Middles::of_two(four, four_of(simd, &self.starts, &self.steps, middle, HALF))
+            Middles::of_two(four, four_of(simd, &self.starts, &self.steps, middle, FOUR))
         };
+        let mut further = Middles::none();
+        if count >= 2 * FOUR {
+            further = Middles::of(four_of(simd, &self.starts, &self.steps, middle, 2 * FOUR));
+        }
         let mut r = Narrow::splat(simd, 1.0);
         if self.divided == Divided::ByLane {
             r /= at_middle.lanes(simd, 0, self.off_middle[0]);
         }
         for (i, lanes) in (1..FUNCTIONS).zip(lanes).take(count) {
-            let value = at_middle.lanes(simd, i, self.off_middle[i]) * r;
-            clamp_numbers(value, self.low[i], self.high[i]).store_array(lanes);
+            let off_middle = self.off_middle[i];
+            let value = if i < 2 * FOUR {
+                at_middle.lanes(simd, i, off_middle)
+            } else {
+                further.lanes(simd, i - 2 * FOUR, off_middle)
+            };
+            clamp_numbers(value * r, self.low[i], self.high[i]).store_array(lanes);
         }
         Some(0)
     }

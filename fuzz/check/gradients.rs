@@ -20,6 +20,7 @@ use super::shape::{RATIO, Shape};
 use crate::oracle::Poly;
 use crate::oracle::clipper::{self, Side};
 use crate::oracle::coverage::is_unclipped;
+use crate::oracle::exact::approximate;
 use crate::oracle::judge::{self, TOLERANCE};
 use crate::oracle::plane::Plane;
 use crate::oracle::probe::{self, Picture, View};
@@ -73,9 +74,14 @@ fn is_judged(view: &View, poly: &Poly) -> bool {
     poly.positions.len() == 3 || (most <= 1e6 * least && sine > 1e-6)
 }
 
-/// Drops the pixels that are not surely inside.
+/// Drops the pixels that are not surely inside; all of them where the clipped polygon reaches the eye,
+/// so that its range of 1/w is what the rounding of a new vertex leaves.
 fn keep_inside(view: &View, poly: &Poly, picture: &mut Picture) {
     let corners = clipper::clip(poly, &clipper::planes(view.viewport));
+    let most = poly.positions.iter().flatten().fold(0.0, |most: f64, c| most.max(c.abs()));
+    if corners.iter().any(|corner| approximate(&corner.position[3]) < 1e-9 * most) {
+        picture.clear();
+    }
     let outline = clipper::outline(view.viewport, &corners);
     picture.retain(|(y, x), _| clipper::side(&outline, *x, *y, TOLERANCE) == Side::Inside);
 }
