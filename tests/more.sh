@@ -33,7 +33,7 @@ flushed() {
 }
 
 valgrind() {
-    local tests=(nasty draw flushed lists)
+    local tests=(draw lists)
     cargo test --no-run --message-format=json "${tests[@]/#/--test=}" > "$scratch/built.json"
     for program in $(sed -n 's/.*"executable":"\([^"]*\)".*/\1/p' "$scratch/built.json"); do
         command valgrind --quiet --error-exitcode=1 "$program"
