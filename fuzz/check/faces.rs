@@ -1,7 +1,8 @@
 //! What becomes of a model's faces, of up to 24 vertices anywhere with up to three attributes: how
 //! they are judged, and cut into triangles. Nothing panics, and:
 //!
-//! - the verdict is the same wherever the list of vertices begins;
+//! - the verdict is the same wherever the list of vertices begins, but for `convex`: rounding may
+//!   decide that one;
 //! - a face that is not finite is nothing else; a triangle that has an area is flat and convex, and
 //!   affine;
 //! - a power of two changes nothing;
@@ -44,7 +45,9 @@ pub(crate) fn faces(data: &[u8]) {
     let (mut turned, mut values) = (points.clone(), attributes.clone());
     turned.rotate_left(first);
     values.rotate_left(first * stride);
-    assert_eq!(run(&mut judge, &turned, &values, stride), verdict, "from vertex {first}");
+    let found = run(&mut judge, &turned, &values, stride);
+    let found = Verdict { convex: verdict.convex, ..found };
+    assert_eq!(found, verdict, "from vertex {first} of {points:?}");
     let factor = 2.0_f64.powi(bytes.small());
     let scaled: Vec<[f64; 3]> = points.iter().map(|p| p.map(|c| c * factor)).collect();
     let exact = points.iter().flatten().zip(scaled.iter().flatten()).all(|(a, b)| b / factor == *a);
