@@ -33,7 +33,7 @@ type Point = [f64; 3];
 /// Judges faces one after the other, with buffers that are reused.
 #[derive(Debug, Default)]
 pub(super) struct Judge {
-    /// The vertices: moved so that one is 0, scaled so that the greatest coordinate is near 1.
+    /// The vertices: moved so that the least is 0, scaled so that the greatest coordinate is near 1.
     points: Vec<Point>,
     /// The same, in the two dimensions in which the face is largest.
     flat: Vec<[f64; 2]>,
@@ -117,7 +117,12 @@ impl Judge {
         // Before the difference, which could overflow.
         let scale = if greatest > 0.0 { power_of_two_below(greatest) } else { 1.0 };
         self.points.extend(positions.map(|point| point.map(|x| x / scale)));
-        let origin = self.points.first().copied().unwrap_or_default();
+        // The least: what rounds must not depend on where the list begins.
+        let order = |p: &&Point, q: &&Point| {
+            let pairs = p.iter().zip(q.iter()).map(|(x, y)| x.total_cmp(y));
+            pairs.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
+        };
+        let origin = self.points.iter().min_by(order).copied().unwrap_or_default();
         for point in &mut self.points {
             *point = sub(*point, origin);
         }
@@ -453,6 +458,30 @@ mod tests {
         let mut crescent: Vec<_> = arc(5000, 1.0, 1e12).collect();
         crescent.extend(arc(5000, 0.5, 1e12).collect::<Vec<_>>().into_iter().rev());
         assert!(!of(&crescent));
+    }
+
+    /// A fuzzer's: coordinates were rounded from the first vertex on.
+    #[test]
+    fn faces_are_judged_the_same_from_any_vertex() {
+        let far = -1.9260101025109388e27;
+        let points = [
+            [0.0, 0.0, far],
+            [0.0, 2.9e-26, far],
+            [-10.125, 12.75, 12.0],
+            [-11.25, -14.5, 12.5],
+            [10.875, -15.375, -8.125],
+            [0.25, -4.125, -9.5],
+            [-4.9e26, 1.7e-218, -1.8e15],
+        ];
+        let mut judge = Judge::default();
+        let mut from = |first: usize| {
+            let list = points.iter().cycle().skip(first).take(points.len()).copied();
+            judge.judge(list, [].into_iter(), 0);
+            let mut places = judge.points.clone();
+            places.rotate_right(first);
+            places
+        };
+        assert!((1..points.len()).all(|first| from(first) == from(0)));
     }
 
     #[test]
