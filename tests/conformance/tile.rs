@@ -27,6 +27,10 @@ pub(crate) fn check(case: &Case, right: &Drawn) {
          --aov overdraw=overdraw.npy --aov id=id.npy --aov depth=depth.npy --aov w=w.npy \
          --aov attr=attr.npy"
     ));
+    if polygons.is_empty() {
+        assert_eq!(run.code, Some(2), "{name}: a file without a polygon is an error");
+        return;
+    }
     assert_eq!(run.code, Some(0), "{name}: {}", run.stderr);
     let words = |file: &str| folder.npy(file).words;
     assert_eq!(words("overdraw.npy"), right.overdraw, "{name}");
