@@ -68,7 +68,8 @@ pub(crate) fn counts(data: &[u8]) {
 
     let mut columns: Vec<Vec<f32>> = (0..3).map(|k| shape.column(k).collect()).collect();
     columns.push(vec![0.5; shape.positions.len()]);
-    let names: Vec<usize> = (0..count).map(|k| (k * (1 + seed % 5) + seed / 5) % 4).collect();
+    let names: Vec<usize> =
+        (0..count).map(|k| (k * (1 + seed % 5) + k / 7 + seed / 5) % 4).collect();
     let mut tiler = Tiler::new(viewport);
     tiler.set_origin(origin[0], origin[1]).set_precision(precision);
     let mut case = Case { tiler, origin, shape, columns, names, interpolation };
