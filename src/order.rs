@@ -11,7 +11,8 @@ use crate::polygon::Polygon;
 /// An order of a batch's polygons. Keep it: a later frame of as many polygons allocates nothing.
 ///
 /// The parts of a face stay together, and faces as far as each other in the order in which they were
-/// submitted. Takes O(n log n) comparisons, and 24 bytes for each polygon.
+/// submitted. Takes O(n log n) comparisons, and 20 bytes for each polygon. Polygons beyond
+/// the first 2^32 - 1 are left out.
 #[derive(Clone, Debug, Default)]
 pub struct DrawOrder {
     faces: Vec<Face>,
@@ -35,7 +36,7 @@ impl DrawOrder {
     /// The farthest first, by the greatest w of a face's vertices: the painter's algorithm, for
     /// drawing without a depth buffer.
     pub fn back_to_front<B: Batch>(&mut self, batch: B) -> Ordered<'_, B> {
-        self.sort(&batch, |a, b| if b > a { b } else { a });
+        self.take(&batch, |a, b| if b > a { b } else { a });
         self.faces.sort_unstable_by(|a, b| b.w.total_cmp(&a.w).then(a.first.cmp(&b.first)));
         self.ordered(batch)
     }
@@ -44,23 +45,24 @@ impl DrawOrder {
     /// found sooner. Where depths are equal another polygon may be kept than in the order of
     /// submission.
     pub fn front_to_back<B: Batch>(&mut self, batch: B) -> Ordered<'_, B> {
-        self.sort(&batch, |a, b| if b < a { b } else { a });
+        self.take(&batch, |a, b| if b < a { b } else { a });
         self.faces.sort_unstable_by(|a, b| a.w.total_cmp(&b.w).then(a.first.cmp(&b.first)));
         self.ordered(batch)
     }
 
-    /// Takes the faces of `batch`, each as far as `farther` says of any two of its vertices.
-    fn sort<B: Batch>(&mut self, batch: &B, farther: impl Fn(f64, f64) -> f64) {
+    /// Takes the faces of `batch`, each as far as that of its vertices which `which` chooses, of two w
+    /// one.
+    fn take<B: Batch>(&mut self, batch: &B, which: impl Fn(f64, f64) -> f64) {
         self.faces.clear();
         for i in 0..u32::try_from(batch.len()).unwrap_or(u32::MAX) {
             let polygon = batch.polygon(i as usize);
             let ws = (0..polygon.len()).map(|vertex| polygon.position(vertex)[3]);
             match self.faces.last_mut() {
                 Some(face) if batch.continues(i as usize) => {
-                    (face.w, face.end) = (ws.fold(face.w, &farther), i + 1);
+                    (face.w, face.end) = (ws.fold(face.w, &which), i + 1);
                 }
                 _ => {
-                    let w = ws.reduce(&farther).unwrap_or(0.0);
+                    let w = ws.reduce(&which).unwrap_or(0.0);
                     self.faces.push(Face { w, first: i, end: i + 1 });
                 }
             }

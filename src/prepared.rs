@@ -32,7 +32,7 @@ struct Coefficients {
     c: [f64; FUNCTIONS],
 }
 
-/// So many are.
+/// So many functions are found together.
 const FOUR: usize = 4;
 
 impl Coefficients {

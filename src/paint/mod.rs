@@ -10,9 +10,11 @@ pub(crate) mod small;
 mod spans;
 
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use fearless_simd::{Level, Simd, SimdBase, dispatch};
 
+use self::part::store_lanes;
 use crate::depth::{Compare, DepthSource, DepthTest};
 use crate::edge::Span;
 use crate::gradient::Quantity;
@@ -63,7 +65,8 @@ pub(crate) fn paint<S: Shader, T: Target<Pixel = S::Pixel>>(
     let tested = depth.is_some().then_some(place.test.source);
     let (depths, inv_w, w) = ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
     let lanes = Lanes { tested, depth: depths, inv_w, w, attributes };
-    let mut canvas = Canvas { place, lanes, shader, target, shaded: 0 };
+    let brush = Brush { place, lanes, shader, shaded: 0 };
+    let mut canvas = Canvas { brush, target };
     let mut depth = depth;
     dispatch!(level, simd => {
         let (spans, mut walked) = match covered {
@@ -73,7 +76,7 @@ pub(crate) fn paint<S: Shader, T: Target<Pixel = S::Pixel>>(
                 let done = canvas.paint_patches(&mut walker, patches, depth.as_deref_mut());
                 match covered {
                     Covered::Packed(_, spans) if !done => (spans, walker.polygon),
-                    _ => return (canvas.shaded, walker.exact_values()),
+                    _ => return (canvas.brush.shaded, walker.exact_values()),
                 }
             }
         };
@@ -85,10 +88,15 @@ pub(crate) fn paint<S: Shader, T: Target<Pixel = S::Pixel>>(
 
 /// What is drawn on, and with what.
 struct Canvas<'a, S, T> {
+    brush: Brush<'a, S>,
+    target: &'a mut T,
+}
+
+/// What is drawn with: apart from the target, whose rows are lent while blocks are shaded.
+struct Brush<'a, S> {
     place: Placement,
     lanes: Lanes<'a>,
     shader: &'a mut S,
-    target: &'a mut T,
     /// Pixels that passed the depth test.
     shaded: u64,
 }
@@ -102,7 +110,7 @@ struct BlockAt<'a> {
     mask: u16,
 }
 
-impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
+impl<S: Shader> Brush<'_, S> {
     /// Finds and shades the lanes of `block`, and tells which are kept.
     #[inline(always)]
     fn shade(
@@ -116,6 +124,39 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         let attributes = &self.lanes.attributes[..values.attribute_count()];
         let kept = self.shader.shade(&self.lanes.block(block, attributes), pixels);
         if S::KEEPS_ALL { block.mask } else { kept & block.mask }
+    }
+
+    /// Shades `block` in the target's row: `attributes` are those of its values among all, `tested` is
+    /// what the depth test found, and `stored` what it compared with, if there is one.
+    #[inline(always)]
+    fn paint_block<L: Simd>(
+        &mut self,
+        simd: L,
+        block: BlockAt<'_>,
+        attributes: Range<usize>,
+        tested: &[f32; BLOCK],
+        pixels: &mut [S::Pixel; BLOCK],
+        stored: Option<&mut [f32; BLOCK]>,
+    ) {
+        if stored.is_some() {
+            *self.lanes.of_mut(self.place.test.source) = *tested;
+        }
+        let mut mask = block.mask;
+        self.shaded += u64::from(mask.count_ones());
+        let shaded = self.lanes.block(block, &self.lanes.attributes[attributes]);
+        if S::KEEPS_ALL && mask == u16::MAX {
+            self.shader.shade(&shaded, pixels);
+        } else {
+            let mut part = [S::Pixel::default(); BLOCK];
+            let kept = self.shader.shade(&shaded, &mut part);
+            if !S::KEEPS_ALL {
+                mask &= kept;
+            }
+            store_lanes(simd, mask, &part, pixels);
+        }
+        if let Some(stored) = stored.filter(|_| self.place.test.write) {
+            store_lanes(simd, mask, tested, stored);
+        }
     }
 }
 

@@ -18,7 +18,8 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         patches: &Patches,
         mut depth: Option<&mut DepthBuffer<'_>>,
     ) -> bool {
-        let (origin, test) = (self.place.origin, self.place.test);
+        let (origin, test) = (self.brush.place.origin, self.brush.place.test);
+        let mut needs_no_spans = S::INPUTS.attributes == 0;
         for i in 0..patches.count() {
             let patch = patches.patch(i);
             let Patch { first, columns, mut mask, .. } = patch;
@@ -27,7 +28,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
             }
             walker.seek(patch);
             if let Some(buffer) = depth.as_deref() {
-                let found = self.lanes.of_mut(test.source);
+                let found = self.brush.lanes.of_mut(test.source);
                 walker.evaluate(quantity_of(test.source), None, mask, found);
                 let stored = stored_depths(buffer, patch, origin);
                 mask &= passing_lanes(walker.simd, test.compare, found, &stored);
@@ -35,12 +36,13 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
             if mask == 0 {
                 continue;
             }
-            if S::INPUTS.attributes > 0 && walker.needs_spans(self.lanes.attributes) {
+            if !needs_no_spans && walker.needs_spans(self.brush.lanes.attributes) {
                 return false;
             }
+            needs_no_spans = true;
             let mut pixels = [S::Pixel::default(); BLOCK];
             let block = BlockAt { first, columns, span: None, mask };
-            let mut left = self.shade(walker, block, &mut pixels);
+            let mut left = self.brush.shade(walker, block, &mut pixels);
             while left != 0 {
                 let lane = left.trailing_zeros() as usize;
                 left &= left - 1;
@@ -50,7 +52,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 if let Some(buffer) = depth.as_deref_mut()
                     && test.write
                 {
-                    buffer.set_tested(x, y, self.lanes.of(test.source)[lane]);
+                    buffer.set_tested(x, y, self.brush.lanes.of(test.source)[lane]);
                 }
             }
         }

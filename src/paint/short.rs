@@ -5,10 +5,8 @@ use core::ops::Range;
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::part::store_lanes;
 use super::spans::{Row, blocks};
 use super::{BlockAt, Canvas, passing_lanes, quantity_of};
-use crate::depth::DepthSource;
 use crate::prepared::FUNCTIONS;
 use crate::row::AlongSpans;
 use crate::shade::{BLOCK, Inputs, Shader};
@@ -27,7 +25,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         range: Range<i32>,
         depths: Option<&mut [f32]>,
     ) -> i32 {
-        let (test, inputs) = (self.place.test, S::INPUTS);
+        let (test, inputs) = (self.brush.place.test, S::INPUTS);
         let (has_depth, first_block) = (depths.is_some(), range.start);
         // What is not prepared is found block by block.
         let rest = Inputs { attributes: 0, ..inputs };
@@ -54,7 +52,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
             }
             if mask != 0 {
                 if count != 0 {
-                    if !walker.prepare(self.lanes.attributes) {
+                    if !walker.prepare(self.brush.lanes.attributes) {
                         return done as i32;
                     }
                     // Most shaders know how many they read.
@@ -63,7 +61,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                     } else if count != walker.attribute_count() {
                         return done as i32;
                     }
-                    let (prepared, lanes) = (&walker.prepared, &mut *self.lanes.attributes);
+                    let (prepared, lanes) = (&walker.prepared, &mut *self.brush.lanes.attributes);
                     let undecided = prepared.find_one(simd, count, middle, mask, lanes);
                     let Some(undecided) = undecided else { return done as i32 };
                     if undecided != 0 {
@@ -71,31 +69,10 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                         walker.decide_attributes(0, row.span, mask, lanes);
                     }
                 }
-                match test.source {
-                    DepthSource::Z if inputs.depth => self.lanes.depth = found,
-                    DepthSource::InvW if inputs.inv_w => self.lanes.inv_w = found,
-                    _ => {}
-                }
-                self.shaded += u64::from(mask.count_ones());
                 let first = [row.column_at(block), row.first[1]];
                 let at = BlockAt { first, columns: 16, span: Some(row.span), mask };
-                self.lanes.find(rest, walker, at);
-                let shaded = self.lanes.block(at, &self.lanes.attributes[..count]);
-                if S::KEEPS_ALL && mask == u16::MAX {
-                    self.shader.shade(&shaded, pixels);
-                } else {
-                    let mut part = [S::Pixel::default(); BLOCK];
-                    let kept = self.shader.shade(&shaded, &mut part);
-                    if !S::KEEPS_ALL {
-                        mask &= kept;
-                    }
-                    store_lanes(simd, mask, &part, pixels);
-                }
-                if test.write
-                    && let Some(stored) = stored.get_mut(done)
-                {
-                    store_lanes(simd, mask, &found, stored);
-                }
+                self.brush.lanes.find(rest, walker, at);
+                self.brush.paint_block(simd, at, 0..count, &found, pixels, stored.get_mut(done));
             }
             walker.advance(1);
         }

@@ -4,7 +4,6 @@ use core::ops::Range;
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::part::store_lanes;
 use super::{BlockAt, Canvas, passing_lanes, quantity_of};
 use crate::along::AHEAD;
 use crate::depth::DepthSource;
@@ -27,7 +26,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         spans: &[Span],
         mut depth: Option<&mut DepthBuffer<'_>>,
     ) -> (u64, u64) {
-        let (corner, origin) = (self.place.corner, self.place.origin);
+        let (corner, origin) = (self.brush.place.corner, self.brush.place.origin);
         let (mut width, _) = self.target.size();
         if let Some(depth) = &depth {
             width = width.min(depth.dimensions().0);
@@ -77,13 +76,13 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 }
             }
         }
-        (self.shaded, walker.exact_values())
+        (self.brush.shaded, walker.exact_values())
     }
 
     /// Is all that is asked for among what is prepared?
     #[inline(always)]
     fn finds_all<L: Simd>(&self, walker: &AlongSpans<'_, L>, has_depth: bool) -> bool {
-        let (source, inputs) = (self.place.test.source, S::INPUTS);
+        let (source, inputs) = (self.brush.place.test.source, S::INPUTS);
         let is_given = |of, reads: bool| !reads || has_depth && source == of;
         is_given(DepthSource::Z, inputs.depth)
             && is_given(DepthSource::InvW, inputs.inv_w)
@@ -101,7 +100,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         range: Range<i32>,
         depths: Option<&mut [f32]>,
     ) -> i32 {
-        let (test, inputs) = (self.place.test, S::INPUTS);
+        let (test, inputs) = (self.brush.place.test, S::INPUTS);
         let (has_depth, first_block) = (depths.is_some(), range.start);
         let (reads_z, reads_inv_w) = (inputs.depth, inputs.inv_w);
         let Some((pixels, stored)) = blocks(self.target, row, range, depths) else { return 0 };
@@ -152,7 +151,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 }
             }
             if any && some > 0 {
-                if count_attributes != 0 && !walker.prepare(self.lanes.attributes) {
+                if count_attributes != 0 && !walker.prepare(self.brush.lanes.attributes) {
                     break;
                 }
                 // Most shaders know how many they read.
@@ -161,7 +160,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 } else if count_attributes != walker.attribute_count() {
                     break;
                 }
-                let (attributes, count) = (&mut *self.lanes.attributes, count_attributes);
+                let (attributes, count) = (&mut *self.brush.lanes.attributes, count_attributes);
                 if count != 0 {
                     let (prepared, masks) = (&walker.prepared, &masks[..some]);
                     let mut undecided = [0; AHEAD];
@@ -178,7 +177,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 let stride = walker.prepared.stride(count);
                 let whole = S::KEEPS_ALL && some == AHEAD && masks == [u16::MAX; AHEAD];
                 if whole && let Some(pixels) = pixels[done..].first_chunk_mut::<AHEAD>() {
-                    self.shaded += (AHEAD * BLOCK) as u64;
+                    self.brush.shaded += (AHEAD * BLOCK) as u64;
                     if test.write
                         && let Some(stored) = stored.get_mut(done..done + AHEAD)
                     {
@@ -186,15 +185,16 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                     }
                     for (i, pixels) in pixels.iter_mut().enumerate() {
                         match test.source {
-                            DepthSource::Z if reads_z => self.lanes.depth = found[i],
-                            DepthSource::InvW if reads_inv_w => self.lanes.inv_w = found[i],
+                            DepthSource::Z if reads_z => self.brush.lanes.depth = found[i],
+                            DepthSource::InvW if reads_inv_w => self.brush.lanes.inv_w = found[i],
                             _ => {}
                         }
                         let first = [row.column_at(first_block + (done + i) as i32), row.first[1]];
                         let mask = u16::MAX;
                         let block = BlockAt { first, columns: 16, span: Some(row.span), mask };
-                        let attributes = &self.lanes.attributes[i * stride..i * stride + count];
-                        self.shader.shade(&self.lanes.block(block, attributes), pixels);
+                        let attributes =
+                            &self.brush.lanes.attributes[i * stride..i * stride + count];
+                        self.brush.shader.shade(&self.brush.lanes.block(block, attributes), pixels);
                     }
                     done += some;
                     middle += (some * BLOCK) as f64;
@@ -202,31 +202,14 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 }
                 let blocks = masks.iter().zip(&found).take(some).enumerate();
                 for (i, (mask, found)) in blocks {
-                    let mut mask = *mask;
-                    let Some(pixels) = pixels.get_mut(done + i).filter(|_| mask != 0) else {
+                    let Some(pixels) = pixels.get_mut(done + i).filter(|_| *mask != 0) else {
                         continue;
                     };
-                    match test.source {
-                        DepthSource::Z if reads_z => self.lanes.depth = *found,
-                        DepthSource::InvW if reads_inv_w => self.lanes.inv_w = *found,
-                        _ => {}
-                    }
-                    self.shaded += u64::from(mask.count_ones());
                     let first = [row.column_at(first_block + (done + i) as i32), row.first[1]];
-                    let block = BlockAt { first, columns: 16, span: Some(row.span), mask };
-                    let attributes = &self.lanes.attributes[i * stride..i * stride + count];
-                    let block = self.lanes.block(block, attributes);
-                    let mut part = [S::Pixel::default(); BLOCK];
-                    let kept = self.shader.shade(&block, &mut part);
-                    if !S::KEEPS_ALL {
-                        mask &= kept;
-                    }
-                    store_lanes(simd, mask, &part, pixels);
-                    if test.write
-                        && let Some(stored) = stored.get_mut(done + i)
-                    {
-                        store_lanes(simd, mask, found, stored);
-                    }
+                    let block = BlockAt { first, columns: 16, span: Some(row.span), mask: *mask };
+                    let attributes = i * stride..i * stride + count;
+                    let stored = stored.get_mut(done + i);
+                    self.brush.paint_block(simd, block, attributes, found, pixels, stored);
                 }
             }
             if some == 0 {
@@ -247,11 +230,11 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         i: i32,
         mut depths: Option<&mut [f32]>,
     ) {
-        let test = self.place.test;
+        let test = self.brush.place.test;
         let mut mask = row.mask(i);
         if let Some(depths) = &depths {
             let (simd, quantity) = (walker.simd(), quantity_of(test.source));
-            let found = self.lanes.of_mut(test.source);
+            let found = self.brush.lanes.of_mut(test.source);
             walker.evaluate(quantity, Some(row.span), mask, found);
             let mut stored = [0.0; BLOCK];
             let first = mask.trailing_zeros() as usize;
@@ -266,7 +249,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         let first = [row.column_at(i), row.first[1]];
         let block = BlockAt { first, columns: 16, span: Some(row.span), mask };
         let mut pixels = [S::Pixel::default(); BLOCK];
-        let mut left = self.shade(walker, block, &mut pixels);
+        let mut left = self.brush.shade(walker, block, &mut pixels);
         while left != 0 {
             let first = left.trailing_zeros();
             let count = (left >> first).trailing_ones();
@@ -278,7 +261,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 && test.write
             {
                 let to = &mut depths[column as usize..column as usize + lanes.len()];
-                copy_run(&self.lanes.of(test.source)[lanes], to);
+                copy_run(&self.brush.lanes.of(test.source)[lanes], to);
             }
         }
     }
