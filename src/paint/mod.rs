@@ -144,16 +144,12 @@ impl<S: Shader> Brush<'_, S> {
         let mut mask = block.mask;
         self.shaded += u64::from(mask.count_ones());
         let shaded = self.lanes.block(block, &self.lanes.attributes[attributes]);
-        if S::KEEPS_ALL && mask == u16::MAX {
-            self.shader.shade(&shaded, pixels);
-        } else {
-            let mut part = [S::Pixel::default(); BLOCK];
-            let kept = self.shader.shade(&shaded, &mut part);
-            if !S::KEEPS_ALL {
-                mask &= kept;
-            }
-            store_lanes(simd, mask, &part, pixels);
+        let mut part = [S::Pixel::default(); BLOCK];
+        let kept = self.shader.shade(&shaded, &mut part);
+        if !S::KEEPS_ALL {
+            mask &= kept;
         }
+        store_lanes(simd, mask, &part, pixels);
         if let Some(stored) = stored.filter(|_| self.place.test.write) {
             store_lanes(simd, mask, tested, stored);
         }
