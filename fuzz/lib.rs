@@ -2,7 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod check;
-#[path = "../src/cli/model/face.rs"]
+#[path = "../src/cli/model/face/mod.rs"]
 mod face;
 #[path = "../src/cli/failure.rs"]
 #[expect(dead_code, reason = "the program uses the rest")]

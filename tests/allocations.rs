@@ -2,6 +2,7 @@
 
 use allocation_counter::measure;
 use hyperspan::draw::{Frame, Polygons, Screen, With};
+use hyperspan::order::DrawOrder;
 use hyperspan::polygon::Vertex;
 use hyperspan::shade::{BLOCK, Block, Inputs, Shader};
 use hyperspan::space::Viewport;
@@ -50,13 +51,17 @@ fn allocations_of_a_second_frame_are_none() {
         let mut tiler = Tiler::new(Viewport::new(0, 0, SIZE[0], SIZE[1]).expect("small"));
         tiler.set_precision(precision);
         let mut frame = Frame::new(tiler);
+        let mut orders = [DrawOrder::new(), DrawOrder::new()];
         let mut draw = || {
             let screen = Screen {
                 target: Plane::new(&mut colour, SIZE[0], SIZE[1]).expect("its size"),
                 depth: Some(Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size")),
                 clear: Some((0.0, 1.0)),
             };
-            frame.draw(screen, &[&Polygons::new(&polygons, With(Sum))]);
+            let [back, front] = &mut orders;
+            let painters = Polygons::new(back.back_to_front(&polygons), With(Sum));
+            let nearest = Polygons::new(front.front_to_back(&polygons), With(Sum));
+            frame.draw(screen, &[&Polygons::new(&polygons, With(Sum)), &painters, &nearest]);
         };
         let first = measure(&mut draw).count_total;
         assert!(first > 0, "the first frame has no buffers yet");

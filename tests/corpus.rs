@@ -3,7 +3,7 @@
 #[path = "../fuzz/check/mod.rs"]
 mod check;
 #[cfg(feature = "cli")]
-#[path = "../src/cli/model/face.rs"]
+#[path = "../src/cli/model/face/mod.rs"]
 mod face;
 #[path = "../src/cli/failure.rs"]
 #[expect(dead_code, reason = "the program uses the rest")]

@@ -66,6 +66,13 @@ fn triangles() -> impl Strategy<Value = Vec<Triangle>> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig {
+        failure_persistence: Some(Box::new(
+            prop::test_runner::FileFailurePersistence::WithSource("regressions"),
+        )),
+        ..ProptestConfig::default()
+    })]
+
     #[test]
     fn order_from_the_back_needs_no_depth_buffer(triangles in triangles()) {
         let mut order = DrawOrder::new();

@@ -7,8 +7,8 @@ mod oracle;
 use std::collections::BTreeMap;
 
 use hyperspan::depth::{Compare, DepthSource, DepthTest};
-use hyperspan::polygon::{Indexed, Strided, Vertex};
-use hyperspan::shade::{BLOCK, Block, Fragment, Inputs, Shader};
+use hyperspan::polygon::{Indexed, Polygon, Strided, Vertex};
+use hyperspan::shade::{Attributes, BLOCK, Block, Fragment, Inputs, Shader};
 use hyperspan::simd::Simd;
 use hyperspan::space::{PixelRect, Viewport};
 use hyperspan::target::Plane;
@@ -403,8 +403,9 @@ impl<const WHOLE: bool> Shader for Pairs<WHOLE> {
     }
 }
 
-/// Whole blocks in the target's rows, and rows that are prepared, change nothing: rows of any
-/// length, whatever is hidden, and none of what lies between the rows.
+/// Whole blocks in the target's rows, rows that are prepared, and closures that say how much they
+/// read, change nothing: rows of any length, whatever is hidden, and none of what lies between the
+/// rows.
 #[test]
 fn reproducible_in_place_or_copied() {
     const STRIDE: usize = 211;
@@ -417,6 +418,7 @@ fn reproducible_in_place_or_copied() {
             let area = STRIDE * HEIGHT as usize;
             let (mut depths, mut in_place) = (vec![0.5_f32; area], vec![[9_u32; 2]; area]);
             let (mut right_depths, mut copied) = (depths.clone(), in_place.clone());
+            let (mut closure_depths, mut closures) = (depths.clone(), in_place.clone());
             let mut tiler = Tiler::new(Viewport::new(0, 0, 170, HEIGHT).expect("small"));
             tiler.set_origin(x, 0);
             for ((view, poly), test) in &list {
@@ -436,9 +438,18 @@ fn reproducible_in_place_or_copied() {
                 let (mut target, mut depth) =
                     (plane(&mut copied, width), plane(&mut right_depths, width));
                 tiler.draw(&poly, &mut Pairs::<false>, &mut target, Some(&mut depth));
+                let (mut target, mut depth) =
+                    (plane(&mut closures, width), plane(&mut closure_depths, width));
+                let count = poly.attribute_count();
+                let mut closure = Attributes::<2, _>(|pixel: &Fragment<'_>| {
+                    [0, 1].map(|k| if k < count { pixel.attribute(k).to_bits() } else { 7 })
+                });
+                tiler.draw(&poly, &mut closure, &mut target, Some(&mut depth));
                 let bits = |d: &[f32]| d.iter().map(|d| d.to_bits()).collect::<Vec<_>>();
                 prop_assert_eq!(bits(&depths), bits(&right_depths));
+                prop_assert_eq!(bits(&closure_depths), bits(&right_depths));
                 prop_assert_eq!(&in_place, &copied);
+                prop_assert_eq!(&closures, &copied);
             }
             tally.add(in_place.iter().filter(|pixel| **pixel != [9; 2]).count());
             Ok(())

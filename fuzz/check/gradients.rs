@@ -8,8 +8,10 @@
 //! - both precisions draw the same pixels.
 //!
 //! What has no promise is left out: positions that are not finite or whose numbers are lost beside
-//! the largest; values of more than three vertices where `f64` cannot tell how flat they are; of a clipped polygon, centres that are as near to its edge as new vertices are
-//! rounded; and of one that is seen from the side, centres with two nearest vertices.
+//! the largest; values of more than three vertices where `f64` cannot tell how flat they are; of a
+//! clipped polygon, all if it reaches the eye itself, and centres that are as near to its edge as
+//! new vertices are rounded; and of one that is seen from the side, centres with two nearest
+//! vertices.
 
 use hyperspan::space::{DepthRange, Grid, PixelRect, Viewport};
 use hyperspan::tiler::{Outcome, Precision};
