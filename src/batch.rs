@@ -1,8 +1,8 @@
 //! Many polygons at once, however they are kept: what a draw list is made of.
 
 use alloc::vec::Vec;
-use core::ops::Range;
 
+use crate::cull::Clusters;
 use crate::error::Error;
 use crate::placed::Placed;
 use crate::polygon::{Indexed, Polygon};
@@ -25,11 +25,10 @@ pub trait Batch: Sync {
     /// Polygon `i`, below [`len`](Self::len).
     fn polygon(&self, i: usize) -> Self::Polygon<'_>;
 
-    /// The first range of polygons from `from` on of which something may be seen: so that whole
-    /// runs are left out that a [`Hierarchy`](crate::cull::Hierarchy) shows to draw nothing. All
-    /// before it count as outside; if there is no more, it is empty and ends at the last.
-    fn seen_from(&self, from: usize) -> Range<usize> {
-        from..self.len()
+    /// Boxes over its polygons, if there are any: with them whole runs are left out that are outside of
+    /// the view, and count as that, and what hides others is found among many.
+    fn clusters(&self) -> Option<Clusters<'_>> {
+        None
     }
 
     /// Is polygon `i` a part of the same face as the one before it? Of the parts of a face, those
@@ -56,8 +55,8 @@ impl<B: Batch + ?Sized> Batch for &B {
         (**self).polygon(i)
     }
 
-    fn seen_from(&self, from: usize) -> Range<usize> {
-        (**self).seen_from(from)
+    fn clusters(&self) -> Option<Clusters<'_>> {
+        (**self).clusters()
     }
 
     #[inline(always)]

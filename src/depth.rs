@@ -1,9 +1,11 @@
 //! The depth test: what a pixel's depth is compared with, and how.
 
 mod bounds;
+mod occluders;
 
 pub use bounds::DepthBounds;
 pub(crate) use bounds::{SIDE, TileRows};
+pub(crate) use occluders::Occluders;
 
 /// How a pixel's depth is compared with the stored one; it passes if `new (op) stored` holds.
 /// A NaN in the buffer passes only [`NotEqual`](Self::NotEqual) and [`Always`](Self::Always).

@@ -1,7 +1,7 @@
 //! Depth buffers with bounds: which pixels are surely hidden, and what was written.
 
 use crate::cull::{BoundingBox, ViewVolume};
-use crate::depth::{Compare, DepthTest, SIDE};
+use crate::depth::{Compare, DepthTest, Occluders, SIDE};
 use crate::gradient::enclosure::{outward, within};
 use crate::space::PixelRect;
 use crate::target::DepthBuffer;
@@ -149,6 +149,21 @@ impl Area {
         }
         let [x, y] = origin;
         Some(Self([[x0.abs_diff(x), (x1 - 1).abs_diff(x)], [y0.abs_diff(y), (y1 - 1).abs_diff(y)]]))
+    }
+
+    /// Is its first tile's part hidden, of `depth` or behind it?
+    #[inline(always)]
+    pub(crate) fn is_first_behind(self, occluders: &Occluders, depth: f32) -> bool {
+        let [[left, _], [top, _]] = self.tiles();
+        occluders.tile_hides([left, top], depth)
+    }
+
+    /// Is all of it hidden, of `depth` or behind it?
+    pub(crate) fn is_behind(self, occluders: &Occluders, depth: f32) -> bool {
+        let [[left, right], [top, bottom]] = self.tiles();
+        occluders.all_hide(depth)
+            || (top..bottom + 1)
+                .all(|y| (left..right + 1).all(|x| occluders.tile_hides([x, y], depth)))
     }
 
     /// The tiles that they lie in, likewise.

@@ -6,6 +6,7 @@
 //! those of [`clip`](crate::clip) and [`divide`](mod@crate::divide).
 
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use fearless_simd::{Simd as Level, SimdBase, SimdMask, dispatch, f64x4};
 use glam::DMat4;
@@ -60,10 +61,33 @@ impl Placed {
         simd: Simd,
         parallel: bool,
     ) {
+        let all = core::iter::once(0..points.len());
+        self.transform_some(matrix, points, all, clip, simd, parallel);
+    }
+
+    /// The same of the points in `ranges`, each of which lies within the list (else it is left out);
+    /// the others are where they were last, or at no place.
+    pub fn transform_some(
+        &mut self,
+        matrix: DMat4,
+        points: &[[f64; 3]],
+        ranges: impl IntoIterator<Item = Range<usize>>,
+        clip: &mut Vec<[f64; 4]>,
+        simd: Simd,
+        parallel: bool,
+    ) {
         clip.resize(points.len(), [0.0; 4]);
         self.vertices.resize(points.len(), PlacedVertex::default());
         let columns = matrix.to_cols_array_2d();
-        self.constants.transform(&columns, points, clip, &mut self.vertices, simd, parallel);
+        for range in ranges {
+            if let (Some(points), Some(clip), Some(vertices)) = (
+                points.get(range.clone()),
+                clip.get_mut(range.clone()),
+                self.vertices.get_mut(range),
+            ) {
+                self.constants.transform(&columns, points, clip, vertices, simd, parallel);
+            }
+        }
     }
 
     /// For which viewport.
@@ -211,6 +235,15 @@ mod tests {
                 let (mut placed, mut clip) = (Placed::new(viewport), Vec::new());
                 placed.transform(matrix, &points, &mut clip, simd, parallel);
                 assert_eq!(clip, expected);
+                assert_eq!(placed.vertices, one_by_one.vertices);
+                // Of some, the others stay.
+                clip.fill([7.0; 4]);
+                let ranges = [3..9, 9..9, 10..19_990, 19_995..30_000];
+                placed.transform_some(matrix, &points, ranges, &mut clip, simd, parallel);
+                for (i, (clip, expected)) in clip.iter().zip(&expected).enumerate() {
+                    let is_in = (3..19_990).contains(&i) && i != 9;
+                    assert_eq!(*clip, if is_in { *expected } else { [7.0; 4] });
+                }
                 assert_eq!(placed.vertices, one_by_one.vertices);
             }
         }

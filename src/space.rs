@@ -108,6 +108,14 @@ pub struct PixelRect {
 }
 
 impl PixelRect {
+    /// How many pixels there are.
+    pub fn area(self) -> u64 {
+        if self.is_empty() {
+            return 0;
+        }
+        u64::from(self.x0.abs_diff(self.x1)) * u64::from(self.y0.abs_diff(self.y1))
+    }
+
     /// The rectangle of `width` x `height` pixels whose first pixel is (`x`, `y`); sides that
     /// would leave the range of `i32` end there.
     #[inline(always)]

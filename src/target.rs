@@ -13,6 +13,10 @@ pub trait Target {
     /// What a shader hands over for a pixel.
     type Pixel: Copy + Default + 'static;
 
+    /// Does nothing remain of a pixel once another one is written in its place? Not if they are
+    /// added, counted or blended. Where it is so, a draw list need not draw what is hidden in the end.
+    const REPLACES: bool = false;
+
     /// (width, height) in pixels; nothing is written beyond.
     fn size(&self) -> (u32, u32);
 
@@ -216,6 +220,7 @@ impl<'a> From<&'a mut image::ImageBuffer<image::Luma<f32>, alloc::vec::Vec<f32>>
 
 impl<P: Copy + Default + 'static> Target for Plane<'_, P> {
     type Pixel = P;
+    const REPLACES: bool = true;
 
     fn size(&self) -> (u32, u32) {
         self.dimensions()
@@ -268,6 +273,7 @@ pub(crate) fn copy_run<P: Copy>(from: &[P], to: &mut [P]) {
 
 impl Target for () {
     type Pixel = ();
+    const REPLACES: bool = true;
 
     fn size(&self) -> (u32, u32) {
         (u32::MAX, u32::MAX)
@@ -285,6 +291,7 @@ impl Target for () {
 
 impl<T: Target + ?Sized> Target for &mut T {
     type Pixel = T::Pixel;
+    const REPLACES: bool = T::REPLACES;
 
     fn size(&self) -> (u32, u32) {
         (**self).size()
@@ -310,6 +317,7 @@ macro_rules! tuple_target {
     ($($name:ident $i:tt),+) => {
         impl<$($name: Target),+> Target for ($($name,)+) {
             type Pixel = ($($name::Pixel,)+);
+            const REPLACES: bool = $($name::REPLACES)&&+;
 
             /// What all of them have.
             fn size(&self) -> (u32, u32) {

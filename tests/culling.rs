@@ -4,8 +4,6 @@
 #[expect(dead_code, reason = "each test file uses a part of it")]
 mod oracle;
 
-use std::ops::Range;
-
 use glam::{DMat4, DVec3};
 use hyperspan::batch::Batch;
 use hyperspan::camera::{DepthConvention, DepthPlanes, look_at, multiply, perspective, transform};
@@ -13,8 +11,8 @@ use hyperspan::depth::{Compare, DepthBounds, DepthSource, DepthTest};
 use hyperspan::draw::{Frame, Polygons, Screen, With};
 use hyperspan::space::{DepthRange, PixelRect};
 use hyperspan::{
-    BoundingBox, BoundingSphere, Hierarchy, Inclusion, Plane, Solid, Tiler, Vertex, ViewVolume,
-    Viewport,
+    BoundingBox, BoundingSphere, Clusters, Hierarchy, Inclusion, Plane, Solid, Tiler, Vertex,
+    ViewVolume, Viewport,
 };
 use oracle::shapes::{Tally, check};
 use proptest::prelude::*;
@@ -206,10 +204,8 @@ impl Batch for Culled<'_> {
         &self.triangles[i]
     }
 
-    fn seen_from(&self, from: usize) -> Range<usize> {
-        let all = from..self.triangles.len();
-        let Some((hierarchy, view)) = self.culling else { return all };
-        hierarchy.visible_of(view, all.clone()).next().unwrap_or(all.end..all.end)
+    fn clusters(&self) -> Option<Clusters<'_>> {
+        self.culling.map(|(hierarchy, view)| Clusters { hierarchy, view, first: 0 })
     }
 }
 
@@ -273,7 +269,7 @@ fn hierarchies_of_any_size_have_all_polygons() {
             assert_eq!(hierarchy.visible(&view).collect::<Vec<_>>().len(), usize::from(count > 0));
         }
         let mut walk = hierarchy.visible(&view);
-        assert_eq!(walk.next_run(|_| true), None, "all is hidden");
+        assert_eq!(walk.next_run(|_, _| true), None, "all is hidden");
     }
 }
 

@@ -1,7 +1,11 @@
 //! Draw lists: the bytes of polygons drawn one by one, on any number of threads, in any bands.
 
+#[expect(dead_code, reason = "each test file uses a part of it")]
+mod oracle;
+
 use hyperspan::batch::{Batch, Mesh};
-use hyperspan::draw::{Canvas, Frame, Polygons, Screen, With};
+use hyperspan::depth::{Compare, DepthBounds, DepthTest};
+use hyperspan::draw::{Call, Canvas, Frame, Polygons, Screen, With};
 use hyperspan::placed::Placed;
 use hyperspan::polygon::Vertex;
 use hyperspan::shade::{BLOCK, Block, Inputs, Shader};
@@ -9,19 +13,21 @@ use hyperspan::simd::Simd;
 use hyperspan::space::Viewport;
 use hyperspan::target::Plane;
 use hyperspan::tiler::{Cull, Precision, Tiler};
+use oracle::shapes::{Tally, check};
 use proptest::prelude::*;
 
 type Corner = Vertex<2, [f64; 4]>;
 
 const SIZE: [u32; 2] = [150, 331];
 
-/// The polygon's number and its attributes; some pixels are discarded.
+/// The polygon's number and its attributes; some pixels are discarded, unless it has no holes.
 #[derive(Clone, Debug, Default)]
-struct Numbered(u32);
+struct Numbered<const HOLES: bool = true>(u32);
 
-impl Shader for Numbered {
+impl<const HOLES: bool> Shader for Numbered<HOLES> {
     type Pixel = [u32; 3];
     const INPUTS: Inputs = Inputs::attributes(2);
+    const KEEPS_ALL: bool = !HOLES;
 
     fn start(&mut self, i: usize) {
         self.0 = u32::try_from(i).expect("few polygons");
@@ -32,7 +38,7 @@ impl Shader for Numbered {
         for (lane, pixel) in out.iter_mut().enumerate() {
             let [a, b] = [0, 1].map(|k| block.attributes[k][lane].to_bits());
             *pixel = [self.0, a, b];
-            kept |= u16::from(!b.is_multiple_of(7)) << lane;
+            kept |= u16::from(!HOLES || !b.is_multiple_of(7)) << lane;
         }
         kept
     }
@@ -40,8 +46,12 @@ impl Shader for Numbered {
 
 /// Polygons of all kinds: small and large, behind the eye, bent, degenerate.
 fn polygon() -> impl Strategy<Value = Vec<Corner>> {
+    polygon_of(&[0.01, 0.03, 0.2, 2.0])
+}
+
+fn polygon_of(sizes: &[f64]) -> impl Strategy<Value = Vec<Corner>> + use<> {
     let near = (-1.2..1.2_f64, -1.2..1.2_f64, 0.0..1.0_f64, 0.2..3.0_f64);
-    let size = prop_oneof![Just(0.01), Just(0.03), Just(0.2), Just(2.0)];
+    let size = prop::sample::select(sizes.to_vec());
     let offset = (-1.0..1.0_f64, -1.0..1.0_f64, -0.5..0.5_f64, -1.0..1.0_f64);
     let corner = (offset, prop_oneof![Just(0.5_f32), -9.0..9.0_f32], -1.0..1.0_f32);
     (near, size, prop::collection::vec(corner, 3..7)).prop_map(|((x, y, z, w), size, corners)| {
@@ -70,7 +80,7 @@ fn one_by_one(tiler: &mut Tiler, polygons: &[Vec<Corner>]) -> Drawn {
     depths.fill(1.0);
     let mut target = Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size");
     let mut depth = Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size");
-    let mut shader = Numbered::default();
+    let mut shader = Numbered::<true>::default();
     for (i, polygon) in polygons.iter().enumerate() {
         shader.start(i);
         tiler.draw(polygon.as_slice(), &mut shader, &mut target, Some(&mut depth));
@@ -85,7 +95,7 @@ fn in_a_list(frame: &mut Frame, polygons: &[Vec<Corner>]) -> Drawn {
         depth: Some(Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size")),
         clear: Some(([0; 3], 1.0)),
     };
-    frame.draw(screen, &[&Polygons::new(polygons, With(Numbered::default()))]);
+    frame.draw(screen, &[&Polygons::new(polygons, With(Numbered::<true>::default()))]);
     bits((picture, depths))
 }
 
@@ -130,6 +140,105 @@ proptest! {
             }
         }
     }
+}
+
+type Colours<'a> = Screen<'a, Plane<'a, [u32; 3]>>;
+
+/// Calls on one canvas, some of them with holes.
+type Calls = Vec<(Vec<Vec<Corner>>, bool)>;
+
+/// Calls of polygons that hide each other: at one depth each, now and then all at the same one.
+fn overlapping() -> impl Strategy<Value = Calls> {
+    let polygon =
+        (polygon_of(&[0.05, 0.6, 2.0, 2.0, 4.0]), prop::option::of(0.0..1.0_f64), 0..4_u32);
+    let polygon = polygon.prop_map(|(mut polygon, depth, same)| {
+        for Vertex { position: [_, _, z, w], .. } in &mut polygon {
+            match (depth, same) {
+                (_, 0) => (*z, *w) = (0.5, 1.0),
+                (Some(depth), _) => *z = depth * *w,
+                _ => {}
+            }
+        }
+        polygon
+    });
+    prop::collection::vec((prop::collection::vec(polygon, 5..30), prop::bool::weighted(0.2)), 1..4)
+}
+
+fn depth_tests() -> impl Strategy<Value = DepthTest> {
+    let standard = DepthTest::STANDARD;
+    let with = |compare| DepthTest { compare, ..standard };
+    prop::sample::select(vec![
+        standard,
+        DepthTest::REVERSED,
+        DepthTest::INV_W,
+        with(Compare::LessEqual),
+        with(Compare::GreaterEqual),
+        with(Compare::NotEqual),
+        DepthTest { write: false, ..standard },
+    ])
+}
+
+/// P6: what is drawn over later is left out where the depths have bounds, and no byte changes:
+/// whatever is in the buffer before, and on any number of threads.
+#[test]
+fn draw_lists_leave_out_what_is_hidden_in_the_end() {
+    let stored = prop_oneof![Just(f32::NAN), Just(0.0_f32), Just(1.0), 0.0..1.0_f32];
+    let clear = prop::option::of(prop_oneof![Just(0.0_f32), Just(1.0)]);
+    let strategy = (overlapping(), depth_tests(), any::<bool>(), stored, clear);
+    let left_out = Tally::default();
+    let cases = check(file!(), "hidden_in_the_end", 300, &strategy, |case| {
+        let (calls, test, exact, stored, clear) = case;
+        let area = (SIZE[0] * SIZE[1]) as usize;
+        let frame = |skips: bool| {
+            let mut tiler = Tiler::new(Viewport::new(-3, 7, 160, 340).expect("small"));
+            tiler.set_origin(2, 11).set_depth_test(test).set_hidden_skips(skips);
+            tiler.set_precision(if exact { Precision::Exact } else { Precision::Fast });
+            Frame::new(tiler)
+        };
+        let draw = |frame: &mut Frame| {
+            let mut bounds = DepthBounds::new();
+            let mut picture = vec![[9; 3]; area];
+            let mut depths: Vec<f32> =
+                (0..area).map(|i| if i % 1000 < 300 { stored } else { 0.4 }).collect();
+            let mut shaded = 0;
+            // The second time over the first, without a clear.
+            for clear in [clear, None] {
+                let depth = Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size");
+                let screen = Screen {
+                    target: Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size"),
+                    depth: Some(depth.with_bounds(&mut bounds)),
+                    clear: clear.map(|depth| ([0; 3], depth)),
+                };
+                draw_calls(frame, screen, &calls);
+                shaded += frame.stats().pixels_shaded;
+            }
+            (bits((picture, depths)), shaded)
+        };
+        let (expected, all) = draw(&mut frame(false));
+        let mut skipping = frame(true);
+        for threads in [1, 3] {
+            skipping.set_parallel(threads > 1);
+            let (drawn, shaded) = pool(threads).install(|| draw(&mut skipping));
+            prop_assert!(drawn == expected, "{} threads", threads);
+            left_out.add(usize::from(shaded < all));
+        }
+        Ok(())
+    });
+    left_out.report("lists of which something was left out", cases / 4);
+}
+
+fn draw_calls(frame: &mut Frame, screen: Colours<'_>, calls: &Calls) {
+    let call = |(polygons, holes): &(Vec<Vec<Corner>>, bool)| -> Box<dyn Call<Colours<'_>>> {
+        let polygons = polygons.clone();
+        if *holes {
+            Box::new(Polygons::new(polygons, With(Numbered::<true>::default())))
+        } else {
+            Box::new(Polygons::new(polygons, With(Numbered::<false>::default())))
+        }
+    };
+    let list: Vec<_> = calls.iter().map(call).collect();
+    let list: Vec<&dyn Call<Colours<'_>>> = list.iter().map(|call| &**call).collect();
+    frame.draw(screen, &list);
 }
 
 /// All in few rows: then bands are cut into parts. On every instruction set.
@@ -192,7 +301,7 @@ fn draw_lists_of_meshes() {
         };
         let mut frame = Frame::new(Tiler::new(viewport));
         frame.set_parallel(threads > 1);
-        let call = Polygons::new(&mesh, With(Numbered::default()));
+        let call = Polygons::new(&mesh, With(Numbered::<true>::default()));
         pool(threads).install(|| frame.draw(screen, &[&call]));
         assert!(bits((picture, depths)) == expected, "{threads} threads");
     }

@@ -18,6 +18,7 @@ mod frames;
 mod info;
 mod memory;
 mod model;
+mod needed;
 mod output;
 mod poly;
 mod progress;

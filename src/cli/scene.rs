@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use hyperspan::batch::Batch;
-use hyperspan::cull::{BoundingBox, Hierarchy, ViewVolume};
+use hyperspan::cull::{BoundingBox, Clusters, Hierarchy, ViewVolume};
 use hyperspan::depth::DepthTest;
 use hyperspan::draw::{Call, Frame, Polygons};
 use hyperspan::placed::Placed;
@@ -21,6 +21,7 @@ use crate::camera::{Camera, DepthFlag};
 use crate::canvas::{Band, Canvas, Meter};
 use crate::failure::Failure;
 use crate::model::{Lit, Look, Model, Run};
+use crate::needed::Needed;
 use crate::progress::Progress;
 use crate::shaders::{Layout, PaintCounts, PaintData, PaintDepth, PaintPicture, Reads};
 use crate::surface::{LitTexture, Plain, Shaded, Surface, Textured, light_piece};
@@ -52,6 +53,7 @@ pub(crate) struct Scene<'a> {
     counter: Frame,
     /// Boxes over its pieces.
     hierarchy: Hierarchy,
+    needed: Needed,
     /// Positions in clip space.
     clip: Vec<[f64; 4]>,
     /// The same on the grid.
@@ -89,6 +91,7 @@ impl<'a> Scene<'a> {
             frame,
             counter,
             hierarchy,
+            needed: Needed::new(model),
             clip: Vec::new(),
             placed: Placed::new(viewport),
             light: if any_lit { vec![0.0; model.corners.len()] } else { Vec::new() },
@@ -105,12 +108,12 @@ impl<'a> Scene<'a> {
             frame,
             counter,
             hierarchy,
+            needed,
             clip,
             placed,
             light,
         } = self;
         let Options { simd, parallel, .. } = *options;
-        placed.transform(camera.matrix, &model.positions, clip, simd, parallel);
         for run in &model.runs {
             if model.is_lit(run.look, options.lit) {
                 for piece in &model.pieces[run.pieces.clone()] {
@@ -122,6 +125,8 @@ impl<'a> Scene<'a> {
         frame.settings().set_origin(x, y);
         let crop = PixelRect::new(x, y, canvas.crop.width, canvas.crop.height);
         let volume = &ViewVolume::of_crop(camera.matrix, *viewport, crop);
+        let ranges = needed.of(hierarchy, volume);
+        placed.transform_some(camera.matrix, &model.positions, ranges, clip, simd, parallel);
         let view = View { model, hierarchy, volume, clip, placed };
         view.draw(frame, canvas, progress, |run| {
             if model.is_lit(run.look, options.lit) { light } else { &[] }
@@ -397,11 +402,9 @@ impl<V: Vertices> Batch for RunBatch<'_, V> {
         i > self.pieces.start && pieces[i - 1].face == pieces[i].face
     }
 
-    fn seen_from(&self, from: usize) -> Range<usize> {
-        let Range { start, end } = self.pieces;
-        let View { hierarchy, volume, .. } = self.view;
-        let seen = hierarchy.visible_of(volume, start + from..end).next();
-        seen.map_or(end - start..end - start, |seen| seen.start - start..seen.end - start)
+    fn clusters(&self) -> Option<Clusters<'_>> {
+        let View { hierarchy, volume: view, .. } = self.view;
+        Some(Clusters { hierarchy, view, first: self.pieces.start })
     }
 }
 

@@ -71,6 +71,8 @@ pub(crate) struct Layout {
 pub(crate) struct PaintPicture<'a, C>(pub(crate) &'a C);
 
 impl<'a, 'b, C: Colour + Reads> Paint<Band<'b>> for PaintPicture<'a, C> {
+    const REPLACES: bool = true;
+
     type Shader<'c>
         = Picture<'c, C>
     where
@@ -113,6 +115,8 @@ pub(crate) struct PaintData<'a> {
 }
 
 impl<'a, 'b> Paint<Band<'b>> for PaintData<'a> {
+    const REPLACES: bool = true;
+
     type Shader<'c>
         = Data<'c, 'b>
     where
@@ -146,6 +150,8 @@ impl<'a, 'b> Paint<Band<'b>> for PaintData<'a> {
 pub(crate) struct PaintDepth;
 
 impl<'b> Paint<Band<'b>> for PaintDepth {
+    const REPLACES: bool = true;
+
     type Shader<'c>
         = Coverage<'c>
     where

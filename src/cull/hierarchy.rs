@@ -82,6 +82,26 @@ impl Hierarchy {
     }
 }
 
+/// Boxes over the polygons of a batch, and the view in which they are drawn: whole runs of them
+/// that draw nothing are left out.
+#[derive(Clone, Copy, Debug)]
+pub struct Clusters<'a> {
+    /// The boxes.
+    pub hierarchy: &'a Hierarchy,
+    /// What is seen: of the picture, or of a crop.
+    pub view: &'a ViewVolume,
+    /// Which of the hierarchy's polygons is the batch's first one.
+    pub first: usize,
+}
+
+impl<'a> Clusters<'a> {
+    /// Goes through what is seen of some polygons of the batch; the ranges are the hierarchy's.
+    pub(crate) fn walk(&self, polygons: Range<usize>) -> Walk<'a> {
+        let Self { hierarchy, view, first } = *self;
+        hierarchy.visible_of(view, first + polygons.start..first + polygons.end)
+    }
+}
+
 /// Goes through what is seen of a [`Hierarchy`].
 #[derive(Clone, Debug)]
 pub struct Walk<'a> {
@@ -97,11 +117,12 @@ pub struct Walk<'a> {
 
 impl Walk<'_> {
     /// The next run of 32 polygons, or what is left, of which something may be seen. Boxes for
-    /// which `is_hidden` says so are left out, with all that is under them: it is asked just
-    /// before, so that what has been drawn meanwhile hides what is to come.
+    /// which `skips` says so are left out, with all the polygons that are under them, whose numbers
+    /// it is told: it is asked just before, so that what has been drawn meanwhile hides what is to
+    /// come.
     pub fn next_run(
         &mut self,
-        mut is_hidden: impl FnMut(&BoundingBox) -> bool,
+        mut skips: impl FnMut(&BoundingBox, Range<usize>) -> bool,
     ) -> Option<Range<usize>> {
         let Hierarchy { boxes, levels, .. } = self.hierarchy;
         let Range { start: first, end: last } = self.polygons;
@@ -118,7 +139,8 @@ impl Walk<'_> {
                 let end = runs.min(self.next + width);
                 let inside = end <= self.inside_to;
                 let inclusion = if inside { Inclusion::Inside } else { self.view.include(bounds) };
-                if inclusion == Inclusion::Outside || is_hidden(bounds) {
+                let polygons = (self.next * RUN).max(first)..last.min(end * RUN);
+                if inclusion == Inclusion::Outside || skips(bounds, polygons.clone()) {
                     self.next = end;
                     break;
                 }
@@ -126,9 +148,8 @@ impl Walk<'_> {
                     self.inside_to = self.inside_to.max(end);
                 }
                 if level == 0 {
-                    let start = self.next * RUN;
                     self.next += 1;
-                    return Some(start.max(first)..last.min(start + RUN));
+                    return Some(polygons);
                 }
                 (level, width) = (level - 1, width / WIDTH);
             }
@@ -142,8 +163,8 @@ impl Iterator for Walk<'_> {
 
     /// The next range: as many runs as follow each other.
     fn next(&mut self) -> Option<Range<usize>> {
-        let mut range = self.next_run(|_| false)?;
-        while let Some(more) = self.next_run(|_| false) {
+        let mut range = self.next_run(|_, _| false)?;
+        while let Some(more) = self.next_run(|_, _| false) {
             if more.start != range.end {
                 // It begins the range to come.
                 self.next = more.start / RUN;

@@ -13,7 +13,7 @@ use glam::{DMat4, DVec3, DVec4};
 use crate::depth::DepthSource;
 use crate::space::{DepthRange, PixelRect, Viewport};
 
-pub use hierarchy::{Hierarchy, Walk};
+pub use hierarchy::{Clusters, Hierarchy, Walk};
 
 /// What a volume is to the view volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

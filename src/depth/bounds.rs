@@ -44,7 +44,8 @@ pub(crate) struct TileRows<'a> {
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tile {
-    /// No stored depth that is a number is below the first or above the second.
+    /// No stored depth that is a number is below the first or above the second, or none will be once
+    /// the list is drawn that is being drawn ([`Occluders`](super::Occluders)).
     pub(crate) depths: [f32; 2],
     /// So many pixels, or about as many, are to be written before another look at them.
     wait: u32,
@@ -74,7 +75,11 @@ impl Tile {
     #[inline(always)]
     pub(crate) fn looked(&mut self, depths: [f32; 2], hid: bool) {
         let patience = if hid { WORTH_A_LOOK } else { self.patience.saturating_mul(2) };
-        *self = Self { depths, wait: patience, patience };
+        // What is known of the end may be nearer than what is stored.
+        let [least, greatest] = self.depths;
+        let least = if depths[0] > least { depths[0] } else { least };
+        let greatest = if depths[1] < greatest { depths[1] } else { greatest };
+        *self = Self { depths: [least, greatest], wait: patience, patience };
     }
 }
 
@@ -150,11 +155,23 @@ impl<'a> TileRows<'a> {
         self.tiles.get_mut(y as usize * self.columns + x as usize)
     }
 
-    /// The tile `place` holds depths within `depths` and nothing else.
-    pub(crate) fn fill(&mut self, place: [u32; 2], depths: [f32; 2]) {
-        if let Some(tile) = self.tile_mut(place) {
-            *tile = Tile { depths, ..Tile::CLEARED };
+    /// The tile `place` holds depths within `depths` and nothing else, all of which passed
+    /// `compare`.
+    pub(crate) fn fill(&mut self, place: [u32; 2], depths: [f32; 2], compare: Compare) {
+        let Some(tile) = self.tile_mut(place) else { return };
+        let ([mut least, mut greatest], old) = (depths, tile.depths);
+        if !compare.lowers() && old[0] > least {
+            least = old[0];
         }
+        if !compare.raises() && old[1] < greatest {
+            greatest = old[1];
+        }
+        *tile = Tile { depths: [least, greatest], ..Tile::CLEARED };
+    }
+
+    /// All tiles, row after row.
+    pub(crate) fn tiles_mut(&mut self) -> &mut [Tile] {
+        self.tiles
     }
 
     /// About `count` pixels of the tile `place` may have been written, with `depths` that passed

@@ -6,12 +6,14 @@ use fearless_simd::dispatch;
 
 use super::bins::{Bins, Entries};
 use super::canvas::{Canvas, Paint};
+use super::occlude::{Limits, Role, Surveying};
 use crate::batch::Batch;
+use crate::depth::Occluders;
 use crate::shade::Shader;
 use crate::space::PixelRect;
 use crate::stats::{FaceCount, Outcome, Stats};
 use crate::subnormal;
-use crate::target::Target;
+use crate::target::{DepthBuffer, Target};
 use crate::tiler::Tiler;
 use crate::tiler::keep::{Keep, Kept};
 
@@ -29,6 +31,27 @@ pub trait Call<C: Canvas>: Sync {
     #[doc(hidden)]
     fn draw(&self, tiler: &mut Tiler, canvas: &mut C);
 
+    /// What its polygons are to others, and the size of its depth buffer, if that has bounds and
+    /// there is a target for all of it.
+    #[doc(hidden)]
+    fn role(&self, canvas: &mut C) -> (Role, Option<(u32, u32)>);
+
+    /// Lists what may hold large polygons.
+    #[doc(hidden)]
+    fn survey(&self, surveying: Surveying<'_>);
+
+    /// Lists the large ones of `polygons`.
+    #[doc(hidden)]
+    fn list_large(&self, surveying: Surveying<'_>, polygons: Range<usize>);
+
+    /// Finds what polygon `i` hides.
+    #[doc(hidden)]
+    fn occlude(&self, surveying: Surveying<'_>, i: usize);
+
+    /// Hands what hides others over to the bounds of the canvas's depths.
+    #[doc(hidden)]
+    fn limit(&self, canvas: &mut C, limits: Limits<'_>);
+
     /// Sorts `polygons` into the bands of what is to be drawn.
     #[doc(hidden)]
     fn sort(&self, sorting: Sorting<'_>, polygons: Range<usize>);
@@ -44,6 +67,7 @@ pub struct Sorting<'a> {
     pub(super) tiler: &'a mut Tiler,
     pub(super) bins: &'a mut Bins,
     pub(super) window: PixelRect,
+    pub(super) occluders: Option<&'a Occluders>,
 }
 
 /// What polygons of a band are drawn with.
@@ -91,8 +115,11 @@ impl<B: Batch, P> Polygons<B, P> {
             }
             return end..end;
         }
-        let seen = self.batch.seen_from(next);
-        let (first, last) = (seen.start.clamp(next, end), seen.end.clamp(next, end));
+        let Some(clusters) = self.batch.clusters() else { return next..end };
+        // What is beyond the boxes draws nothing either: they are the caller's to get right.
+        let seen = clusters.walk(next..end).next().unwrap_or_default();
+        let of_batch = |i: usize| i.saturating_sub(clusters.first).clamp(next, end);
+        let (first, last) = (of_batch(seen.start), of_batch(seen.end));
         let first = if first < last { first } else { end };
         for i in next..first {
             faces.count(stats, Outcome::Outside, self.batch.continues(i));
@@ -104,6 +131,39 @@ impl<B: Batch, P> Polygons<B, P> {
 impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
     fn len(&self) -> usize {
         self.batch.len()
+    }
+
+    fn role(&self, canvas: &mut C) -> (Role, Option<(u32, u32)>) {
+        let (_, target, depth) = self.paint.open(canvas);
+        let depth = depth.filter(|depth| {
+            let ((width, height), (w, h)) = (target.size(), depth.dimensions());
+            depth.has_bounds() && width >= w && height >= h
+        });
+        let role = match (P::REPLACES, <P::Shader<'_> as Shader>::KEEPS_ALL) {
+            (false, _) => Role::Stays,
+            (true, false) => Role::Hidden,
+            (true, true) => Role::Hides,
+        };
+        (role, depth.map(|depth| depth.dimensions()))
+    }
+
+    fn survey(&self, surveying: Surveying<'_>) {
+        surveying.survey(&self.batch);
+    }
+
+    fn list_large(&self, surveying: Surveying<'_>, polygons: Range<usize>) {
+        surveying.list_large(&self.batch, polygons);
+    }
+
+    fn occlude(&self, surveying: Surveying<'_>, i: usize) {
+        surveying.occlude(&self.batch, i);
+    }
+
+    fn limit(&self, canvas: &mut C, limits: Limits<'_>) {
+        let (_, _, mut depth) = self.paint.open(canvas);
+        if let Some(rows) = depth.as_mut().and_then(DepthBuffer::bounds_mut) {
+            limits.occluders.limit(limits.row, rows);
+        }
     }
 
     fn draw(&self, tiler: &mut Tiler, canvas: &mut C) {
@@ -128,7 +188,7 @@ impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
     }
 
     fn sort(&self, sorting: Sorting<'_>, polygons: Range<usize>) {
-        let Sorting { tiler, bins, window } = sorting;
+        let Sorting { tiler, bins, window, occluders } = sorting;
         // A face belongs to the chunk where it begins.
         let begin = |mut i: usize| {
             while i < self.batch.len() && i > 0 && self.batch.continues(i) {
@@ -144,7 +204,7 @@ impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
                 let seen = self.seen(next, end, tiler.stats_mut(), &mut faces);
                 next = seen.end;
                 for i in seen {
-                    let (outcome, rows) = tiler.sort(simd, &self.batch.polygon(i), window);
+                    let (outcome, rows) = tiler.sort(simd, &self.batch.polygon(i), window, occluders);
                     if let Some(rows) = rows {
                         bins.add(i - polygons.start, rows);
                     }

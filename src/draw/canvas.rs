@@ -26,6 +26,12 @@ pub trait Paint<C: Canvas>: Sync {
         Self: 'c,
         C: 'c;
 
+    /// Does a pixel that is drawn so, by this or by any other paint of a list, replace all that this
+    /// one has drawn there; and do they have the same depth buffer? Then what is hidden in the end
+    /// need not be drawn before, if the depth buffer has bounds and the depth test lets the nearer
+    /// pass.
+    const REPLACES: bool = false;
+
     /// Stores them.
     type Target<'c>: Target<Pixel = <Self::Shader<'c> as Shader>::Pixel>
     where
@@ -145,6 +151,8 @@ where
     T::Pixel: Send,
     S: Shader<Pixel = T::Pixel> + Clone + Sync,
 {
+    const REPLACES: bool = T::REPLACES;
+
     type Shader<'c>
         = S
     where

@@ -13,16 +13,19 @@
 mod bins;
 mod call;
 mod canvas;
+mod occlude;
 mod run;
 
 use alloc::vec::Vec;
 
 use bins::{Bins, CHUNK};
+use occlude::{Limits, Search};
 use run::{Painter, Part, Sorter};
 
 pub use call::{Call, Polygons};
 pub use canvas::{Canvas, Paint, Rows, Screen, With};
 
+use crate::depth::Occluders;
 use crate::space::PixelRect;
 use crate::stats::Stats;
 use crate::tiler::Tiler;
@@ -44,6 +47,7 @@ pub struct Frame {
     workers: Vec<run::Worker>,
     bins: Vec<Bins>,
     chunks: Vec<Chunk>,
+    search: Search,
     stats: Stats,
 }
 
@@ -85,6 +89,7 @@ impl Frame {
             workers: Vec::new(),
             bins: Vec::new(),
             chunks: Vec::new(),
+            search: Search::default(),
             stats: Stats::default(),
         }
     }
@@ -109,47 +114,63 @@ impl Frame {
     }
 
     /// Clears `canvas` and draws `calls` on it, one after the other.
-    pub fn draw<C: Canvas>(&mut self, canvas: C, calls: &[&dyn Call<C>]) {
+    pub fn draw<C: Canvas>(&mut self, mut canvas: C, calls: &[&dyn Call<C>]) {
         let threads = run::threads(self.parallel);
         let (width, height) = canvas.size();
         self.prepare(threads);
-        if threads > 1 && width > 0 && height > 0 {
-            let bands = Bands::of(height, threads, self.settings.origin());
-            self.draw_in_bands(canvas, calls, bands);
-        } else if let Some(worker) = self.workers.first_mut() {
-            // One thread has nothing to sort: all in the order in which it comes.
-            let (mut canvas, tiler) = (canvas, &mut run::hand(worker).tiler);
-            canvas.clear();
-            for call in calls {
-                call.draw(tiler, &mut canvas);
+        let [x, y] = self.settings.origin();
+        let window = PixelRect::new(x, y, width, height);
+        let window = self.settings.viewport().rect().intersect(window);
+        let mut search = core::mem::take(&mut self.search);
+        if let Some(worker) = self.workers.first_mut() {
+            let tiler = &mut run::hand(worker).tiler;
+            let occluders = search.run(tiler, &mut canvas, calls, window);
+            if threads > 1 && !window.is_empty() {
+                let bands = Bands::of(height, threads, [x, y]);
+                self.draw_in_bands(canvas, calls, bands, window, occluders);
+            } else {
+                // One thread has nothing to sort: all in the order in which it comes.
+                canvas.clear();
+                if let (Some(occluders), Some(call)) = (occluders, calls.first()) {
+                    call.limit(&mut canvas, Limits { occluders, row: 0 });
+                }
+                for call in calls {
+                    call.draw(tiler, &mut canvas);
+                }
             }
         }
+        self.search = search;
         self.count();
     }
 
-    fn draw_in_bands<C: Canvas>(&mut self, canvas: C, calls: &[&dyn Call<C>], bands: Bands) {
+    fn draw_in_bands<C: Canvas>(
+        &mut self,
+        canvas: C,
+        calls: &[&dyn Call<C>],
+        bands: Bands,
+        window: PixelRect,
+        occluders: Option<&Occluders>,
+    ) {
         self.chunks.clear();
         for (call, polygons) in calls.iter().enumerate() {
             let n = polygons.len();
             let chunk = |first: usize| Chunk { call, first, end: n.min(first + CHUNK) };
             self.chunks.extend((0..n).step_by(CHUNK).map(chunk));
         }
-        let (width, height) = canvas.size();
-        let [x, y] = bands.origin;
-        let window = PixelRect::new(x, y, width, height);
-        let window = self.settings.viewport().rect().intersect(window);
+        let (_, height) = canvas.size();
+        let y = bands.origin[1];
         for (worker, bins) in self.workers.iter_mut().zip(&mut self.bins) {
             bins.reset(bands.count, y, bands.rows);
             run::hand(worker).bins = core::mem::take(bins);
         }
-        Sorter { workers: &self.workers, calls, window }.sort(&self.chunks, 0);
+        Sorter { workers: &self.workers, calls, window, occluders }.sort(&self.chunks, 0);
         self.gather();
 
         let weights = |band| self.bins.iter().map(move |bins| bins.weight(band)).sum::<usize>();
         let words: usize = (0..bands.count).map(weights).sum();
         let fair = words / (4 * self.workers.len()) + 1024;
         let Self { workers, bins, chunks, .. } = self;
-        let painter = Painter { workers, bins, chunks, calls, bands, fair };
+        let painter = Painter { workers, bins, chunks, calls, occluders, bands, fair };
         let part = Part { first_band: 0, end_band: bands.count, first_row: 0, end_row: height };
         painter.paint(part, canvas);
     }
@@ -186,7 +207,7 @@ impl Frame {
 
     /// Adds up what the workers have counted.
     fn count(&mut self) {
-        let mut bytes = self.chunks.capacity() * size_of::<Chunk>();
+        let mut bytes = self.chunks.capacity() * size_of::<Chunk>() + self.search.bytes();
         self.stats = Stats::default();
         for worker in &mut self.workers {
             let Hand { tiler, keep, .. } = run::hand(worker);

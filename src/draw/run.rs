@@ -3,7 +3,9 @@
 use super::bins::{Bins, Entries};
 use super::call::{Call, Painting, Sorting};
 use super::canvas::Canvas;
+use super::occlude::Limits;
 use super::{Bands, Chunk, Hand, ROW_STEP};
+use crate::depth::Occluders;
 use crate::space::PixelRect;
 
 /// A thread's own, which it takes for as long as it works on a chunk or a band.
@@ -65,6 +67,8 @@ pub(super) struct Sorter<'a, C> {
     pub(super) workers: &'a [Worker],
     pub(super) calls: &'a [&'a dyn Call<C>],
     pub(super) window: PixelRect,
+    /// What hides others of what is drawn.
+    pub(super) occluders: Option<&'a Occluders>,
 }
 
 impl<C: Canvas> Sorter<'_, C> {
@@ -74,7 +78,8 @@ impl<C: Canvas> Sorter<'_, C> {
             with_hand(self.workers, |hand| {
                 let Hand { tiler, bins, .. } = hand;
                 bins.start_chunk(u32::try_from(first).unwrap_or(u32::MAX));
-                let sorting = Sorting { tiler, bins, window: self.window };
+                let Self { window, occluders, .. } = *self;
+                let sorting = Sorting { tiler, bins, window, occluders };
                 self.calls[chunk.call].sort(sorting, chunk.first..chunk.end);
             });
         } else if !chunks.is_empty() {
@@ -91,6 +96,8 @@ pub(super) struct Painter<'a, C> {
     pub(super) bins: &'a [Bins],
     pub(super) chunks: &'a [Chunk],
     pub(super) calls: &'a [&'a dyn Call<C>],
+    /// What hides others of what they draw.
+    pub(super) occluders: Option<&'a Occluders>,
     pub(super) bands: Bands,
     /// More than this is too much for one thread, if others wait.
     pub(super) fair: usize,
@@ -154,6 +161,9 @@ impl<C: Canvas> Painter<'_, C> {
         let [x, y] = self.bands.origin;
         let is_top = u32::try_from(band).is_ok_and(|band| part.first_row == band * self.bands.rows);
         canvas.clear();
+        if let (Some(occluders), Some(call)) = (self.occluders, self.calls.first()) {
+            call.limit(&mut canvas, Limits { occluders, row: part.first_row / ROW_STEP });
+        }
         let Hand { tiler, keep, cursors, .. } = hand;
         tiler.set_origin(x, y.saturating_add_unsigned(part.first_row));
         cursors.clear();

@@ -2,8 +2,10 @@
 
 use alloc::vec::Vec;
 
+use fearless_simd::Simd as Lanes;
+
 use super::{Scratch, Tiler, positions_of};
-use crate::depth::{DepthSource, DepthTest, SIDE};
+use crate::depth::{DepthSource, DepthTest, Occluders, SIDE};
 use crate::edge::Span;
 use crate::fixed::{Subpixel, power_of_two};
 use crate::gradient::enclosure::{Enclosure, outward, within};
@@ -106,7 +108,7 @@ impl<const N: usize> Corners<'_, N> {
 
 /// The depth at a corner.
 #[inline(always)]
-fn right_depth([_, _, z, w]: [f64; 4], source: DepthSource, viewport: Viewport) -> f64 {
+pub(super) fn right_depth([_, _, z, w]: [f64; 4], source: DepthSource, viewport: Viewport) -> f64 {
     match (source, viewport.depth_range()) {
         (DepthSource::InvW, _) => 1.0 / w,
         (DepthSource::Z, DepthRange::ZeroToOne) => z / w,
@@ -142,6 +144,76 @@ impl Tiler {
             _ => return false,
         };
         buffer.hides(area, depths, self.depth_test.compare)
+    }
+
+    /// Is `polygon` a quadrilateral within the view that `buffer` surely hides, as far as its corners
+    /// tell? Then it need not even be divided.
+    #[inline(always)]
+    pub(super) fn is_hidden_in_view<L: Lanes, V: Polygon + ?Sized>(
+        &self,
+        simd: L,
+        polygon: &V,
+        window: PixelRect,
+        buffer: &mut DepthBuffer<'_>,
+    ) -> bool {
+        let DepthTest { compare, source, .. } = self.depth_test;
+        let Some((bits, bounds)) = self.quad_in_view(simd, polygon) else { return false };
+        let Some(area) = Area::new(bounds.intersect(window), self.origin) else { return false };
+        let first = right_depth(polygon.position(0), source, self.viewport);
+        buffer.may_hide(area, nearest_f32(first), compare)
+            && buffer.hides(area, self.quad_depths(polygon, bits), compare)
+    }
+
+    /// The same, by what others of the list hide.
+    #[inline(always)]
+    pub(super) fn is_occluded<L: Lanes, V: Polygon + ?Sized>(
+        &self,
+        simd: L,
+        polygon: &V,
+        window: PixelRect,
+        occluders: &Occluders,
+    ) -> bool {
+        let Some((bits, bounds)) = self.quad_in_view(simd, polygon) else { return false };
+        let Some(area) = Area::new(bounds.intersect(window), self.origin) else { return false };
+        let first = right_depth(polygon.position(0), self.depth_test.source, self.viewport);
+        let nearer = usize::from(self.depth_test.compare.raises());
+        area.is_first_behind(occluders, nearest_f32(first))
+            && area.is_behind(occluders, self.quad_depths(polygon, bits)[nearer])
+    }
+
+    /// The corners of a quadrilateral within the view, and the pixels that it may cover.
+    #[inline(always)]
+    fn quad_in_view<L: Lanes, V: Polygon + ?Sized>(
+        &self,
+        simd: L,
+        polygon: &V,
+    ) -> Option<([[i32; 2]; 4], PixelRect)> {
+        if polygon.len() != 4 {
+            return None;
+        }
+        let a = self.vertex_place(simd, polygon, 0);
+        let b = self.vertex_place(simd, polygon, 1);
+        let c = self.vertex_place(simd, polygon, 2);
+        let d = self.vertex_place(simd, polygon, 3);
+        if !(a.within & b.within & c.within & d.within) {
+            return None;
+        }
+        let (mut low, mut high) = (a.bits, a.bits);
+        for corner in [b, c, d] {
+            let [x, y] = corner.bits;
+            low = [low[0].min(x), low[1].min(y)];
+            high = [high[0].max(x), high[1].max(y)];
+        }
+        Some(([a.bits, b.bits, c.bits, d.bits], self.bounds_between(low, high)))
+    }
+
+    /// What the depths of a quadrilateral within the view lie between.
+    #[inline(always)]
+    fn quad_depths<V: Polygon + ?Sized>(&self, polygon: &V, bits: [[i32; 2]; 4]) -> [f32; 2] {
+        let positions =
+            &[polygon.position(0), polygon.position(1), polygon.position(2), polygon.position(3)];
+        let corners = Corners { positions, bits, exponent: 0 };
+        corners.depths(self.depth_test.source, self.viewport)
     }
 
     /// Is the small triangle that was `found` surely hidden? If not, it counts as drawn: what it
@@ -188,7 +260,7 @@ pub(super) struct TestedSpans {
 }
 
 /// What covers fewer pixels is looked at as a whole: it fills few tiles, if any.
-const SMALL: u64 = 4 * (SIDE * SIDE) as u64;
+pub(super) const SMALL: u64 = 4 * (SIDE * SIDE) as u64;
 
 /// Spans in a row of tiles.
 struct Band<'a> {
@@ -231,6 +303,21 @@ impl Band<'_> {
 
 /// A bit for each tile of the longest row: of a viewport's width.
 type TileBits = [u64; Viewport::MAX_SIDE as usize / SIDE as usize / 64 + 1];
+
+/// The next tile after `tile` with another bit, or the first one that has none.
+#[inline]
+fn end_of_run(bits: &TileBits, tile: usize) -> usize {
+    let (first, mut shift) = (tile / 64, tile % 64);
+    let flip = if bits[first] >> shift & 1 != 0 { u64::MAX } else { 0 };
+    for (i, word) in bits.iter().enumerate().skip(first) {
+        let others = (word ^ flip) >> shift;
+        if others != 0 {
+            return i * 64 + shift + others.trailing_zeros() as usize;
+        }
+        shift = 0;
+    }
+    bits.len() * 64
+}
 
 impl TestedSpans {
     /// Of a polygon that has been set up, and covers so many pixels.
@@ -326,7 +413,10 @@ impl TestedSpans {
                         spare.extend_from_slice(&spans[..done]);
                     }
                     any = true;
-                    band.spans.iter().for_each(|span| self.cut_span(span, &band, &hidden, spare));
+                    let [first, last] = band.tiles();
+                    if end_of_run(&hidden, 0) <= (last - first) as usize {
+                        band.spans.iter().for_each(|s| self.cut_span(s, &band, &hidden, spare));
+                    }
                 }
                 None if any => spare.extend_from_slice(band.spans),
                 None => {}
@@ -356,10 +446,7 @@ impl TestedSpans {
     /// The pieces of `span` that are not hidden. They end where blocks do, as blocks count.
     fn cut_span(&self, span: &Span, band: &Band<'_>, hidden: &TileBits, out: &mut Vec<Span>) {
         let (start, end) = (self.column(span.start), self.column(span.end));
-        let is_hidden = |x: u32| {
-            let i = (x - band.tiles()[0]) as usize;
-            hidden[i / 64] >> (i % 64) & 1 != 0
-        };
+        let [first_tile, _] = band.tiles();
         // From a column of the buffer to the next one at which a block begins, and to the last.
         let phase = self.place.origin[0].cast_unsigned() % SIDE;
         let next_block = |x: u32| x + (SIDE - (x + phase) % SIDE) % SIDE;
@@ -372,13 +459,9 @@ impl TestedSpans {
         };
         let (mut from, mut x) = (start, start);
         while x < end {
-            let tile_end = |x: u32| (x / SIDE * SIDE + SIDE).min(end);
-            let hides = is_hidden(x / SIDE);
-            let run_start = x;
-            while x < end && is_hidden(x / SIDE) == hides {
-                x = tile_end(x);
-            }
-            if hides {
+            let (run_start, tile) = (x, (x / SIDE - first_tile) as usize);
+            x = end.min((first_tile + end_of_run(hidden, tile) as u32) * SIDE);
+            if hidden[tile / 64] >> (tile % 64) & 1 != 0 {
                 let first = if run_start == start { start } else { next_block(run_start) };
                 let last = if x == end { end } else { this_block(x) };
                 if first < last {
@@ -388,6 +471,25 @@ impl TestedSpans {
             }
         }
         push(from, end);
+    }
+
+    /// Notes which tiles of the depth buffer `spans` fill, and returns how many of them were not
+    /// filled before.
+    pub(super) fn occlude(&self, spans: &[Span], occluders: &mut Occluders) -> u32 {
+        let (width, height) = occluders.size();
+        let mut count = 0;
+        for band in self.bands(spans) {
+            let rows = SIDE.min(height.saturating_sub(band.tile_row * SIDE));
+            let Some(columns) = band.filled(rows) else { continue };
+            let [from, to] = columns.map(|x| self.column(x));
+            let end = if to == width { to.div_ceil(SIDE) } else { to / SIDE };
+            for x in from.div_ceil(SIDE)..end {
+                let depths = self.depths.over(band.columns_of(x), band.v);
+                count += u32::from(occluders.fill([x, band.tile_row], depths));
+            }
+        }
+        occluders.filled();
+        count
     }
 
     /// Keeps the bounds true of what was painted of `spans`: `shaded` of their pixels, and all
@@ -425,7 +527,7 @@ impl TestedSpans {
                 let depths = self.depths.over(band.columns_of(x), band.v);
                 let (start, end) = (x * SIDE, (x * SIDE + SIDE).min(width));
                 if filled.is_some_and(|[from, to]| from <= start && end <= to) {
-                    bounds.fill([x, band.tile_row], depths);
+                    bounds.fill([x, band.tile_row], depths, test.compare);
                 } else {
                     bounds.widen([x, band.tile_row], depths, test.compare, count);
                 }

@@ -25,6 +25,7 @@ use crate::varying::Interpolation;
 
 mod hidden;
 pub(crate) mod keep;
+pub(crate) mod occlude;
 mod scan;
 mod small;
 pub(crate) mod sort;
@@ -188,6 +189,11 @@ impl Tiler {
         Stats { peak_bytes: self.bytes() as u64, ..self.stats }
     }
 
+    /// The depth test of what has a depth buffer.
+    pub(crate) fn depth_test(&self) -> DepthTest {
+        self.depth_test
+    }
+
     /// The counts, to be changed.
     #[inline(always)]
     pub(crate) fn stats_mut(&mut self) -> &mut Stats {
@@ -250,7 +256,17 @@ impl Tiler {
         match self.draw_small(simd, polygon, window, &mut found, shader, target, kept) {
             Sight::Done(outcome) => outcome,
             Sight::Pixels => self.draw_unusual(polygon, &found, shader, target, depth),
-            Sight::Elsewhere => self.draw_any(polygon, window, shader, target, depth),
+            Sight::Elsewhere => {
+                if self.cull == Cull::None
+                    && self.hides
+                    && let Some(buffer) = depth.as_deref_mut()
+                    && buffer.has_bounds()
+                    && self.is_hidden_in_view(simd, polygon, window, buffer)
+                {
+                    return Outcome::Hidden;
+                }
+                self.draw_any(polygon, window, shader, target, depth)
+            }
         }
     }
 
@@ -374,24 +390,18 @@ impl Tiler {
 
         // 6. Gradients, of what is asked for; found out: what is constant.
         let test = depth.is_some().then_some(self.depth_test.source);
+        let wanted = Wanted {
+            depth: S::INPUTS.depth || test == Some(DepthSource::Z),
+            inv_w: S::INPUTS.inv_w || test == Some(DepthSource::InvW),
+            w: S::INPUTS.w,
+            attributes: polygon.attribute_count().min(S::INPUTS.attributes),
+            exact: self.precision == Precision::Exact,
+        };
+        let (viewport, interpolation) = (self.viewport, self.interpolation.as_slice());
+        let attributes_of = &AttributesOf(polygon);
         let subject = Subject {
-            attributes: &AttributesOf(polygon),
-            viewport: self.viewport,
-            positions,
-            exponent: taken.exponent,
-            screen,
             in_view,
-            interpolation: &self.interpolation,
-            clipped_w: taken.w,
-            columns: [taken.seen.x0, taken.seen.x1 - 1],
-            rows: [taken.seen.y0, taken.seen.y1 - 1],
-            wanted: Wanted {
-                depth: S::INPUTS.depth || test == Some(DepthSource::Z),
-                inv_w: S::INPUTS.inv_w || test == Some(DepthSource::InvW),
-                w: S::INPUTS.w,
-                attributes: polygon.attribute_count().min(S::INPUTS.attributes),
-                exact: self.precision == Precision::Exact,
-            },
+            ..taken.subject(attributes_of, positions, screen, viewport, interpolation, wanted)
         };
         if !*is_set_up {
             set_gradients(self.simd.0, gradients, &subject);

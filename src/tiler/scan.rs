@@ -8,10 +8,11 @@ use crate::clip::Clipped;
 use crate::divide::{ScreenVertex, divide, snapped_area};
 use crate::edge::Span;
 use crate::fixed::{exponent_of, power_of_two};
-use crate::gradient::{Field, Gradients};
+use crate::gradient::{Attributes, Field, Gradients, Subject, Wanted};
 use crate::patch::Patches;
 use crate::polygon::Polygon;
 use crate::space::{PixelRect, Viewport};
+use crate::varying::Interpolation;
 
 /// A polygon in the framebuffer, of which the scratch holds the vertices.
 #[derive(Clone, Copy, Debug, Default)]
@@ -31,6 +32,36 @@ pub(super) struct Taken {
 pub(super) struct Counts {
     pub(super) pixels: u64,
     pub(super) spans: u64,
+}
+
+impl Taken {
+    /// What gradients are made of, of a polygon that is not small or not in view: its `positions` as
+    /// they were taken, and the clipped ones on the `screen`.
+    #[inline(always)]
+    pub(super) fn subject<'a>(
+        &self,
+        attributes: &'a dyn Attributes,
+        positions: &'a [[f64; 4]],
+        screen: &'a [ScreenVertex],
+        viewport: Viewport,
+        interpolation: &'a [Interpolation],
+        wanted: Wanted,
+    ) -> Subject<'a> {
+        let Self { exponent, w, seen, .. } = *self;
+        Subject {
+            attributes,
+            viewport,
+            positions,
+            exponent,
+            screen,
+            in_view: false,
+            interpolation,
+            clipped_w: w,
+            columns: [seen.x0, seen.x1 - 1],
+            rows: [seen.y0, seen.y1 - 1],
+            wanted,
+        }
+    }
 }
 
 impl Tiler {
@@ -183,7 +214,7 @@ pub(super) fn may_be_packed(gradients: &Gradients) -> bool {
 }
 
 /// The pixels of the framebuffer whose centres the snapped vertices may enclose.
-fn bounds(screen: &[ScreenVertex], viewport: Viewport) -> PixelRect {
+pub(super) fn bounds(screen: &[ScreenVertex], viewport: Viewport) -> PixelRect {
     let Some(first) = screen.first() else { return PixelRect::default() };
     let (mut low, mut high) = (first.snapped, first.snapped);
     for vertex in &screen[1..] {

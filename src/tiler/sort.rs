@@ -4,6 +4,7 @@
 use fearless_simd::Simd as Lanes;
 
 use super::{Outcome, Tiler};
+use crate::depth::Occluders;
 use crate::fixed::Subpixel;
 use crate::patch::Patches;
 use crate::placed::PlacedVertex;
@@ -24,14 +25,15 @@ pub(crate) struct Rows {
 const MOST_VERTICES: usize = 16;
 
 impl Tiler {
-    /// What becomes of `polygon`, and which rows of `window` it may cover, if any. Counts nothing
-    /// but what was clipped.
+    /// What becomes of `polygon`, and which rows of `window` it may cover, if any, unless
+    /// `occluders` hide it. Counts nothing but what was clipped.
     #[inline(always)]
     pub(crate) fn sort<L: Lanes, V: Polygon + ?Sized>(
         &mut self,
         simd: L,
         polygon: &V,
         window: PixelRect,
+        occluders: Option<&Occluders>,
     ) -> (Outcome, Option<Rows>) {
         let n = polygon.len();
         if !(3..=MOST_VERTICES).contains(&n) || self.clipper.has_user_planes() {
@@ -66,13 +68,12 @@ impl Tiler {
         if !self.cull.keeps(area > 0) {
             return (Outcome::Backface, None);
         }
-        let corner = self.viewport.rect();
-        let bounds = PixelRect {
-            x0: Subpixel::first_centre_of(low[0]).saturating_add(corner.x0),
-            y0: Subpixel::first_centre_of(low[1]).saturating_add(corner.y0),
-            x1: Subpixel::first_centre_of(high[0]).saturating_add(corner.x0),
-            y1: Subpixel::first_centre_of(high[1]).saturating_add(corner.y0),
-        };
+        let (bounds, corner) = (self.bounds_between(low, high), self.viewport.rect());
+        if let Some(occluders) = occluders
+            && self.is_occluded(simd, polygon, window, occluders)
+        {
+            return (Outcome::Hidden, None);
+        }
         let is_small = n == 3 && Patches::are_few(bounds);
         if is_small && bounds.x1 - bounds.x0 == 1 && bounds.y1 - bounds.y0 == 1 {
             // Most triangles of a fine mesh end here: between the centres.
@@ -95,6 +96,15 @@ impl Tiler {
             Ok(taken) => (Outcome::Drawn, Rows::of(taken.seen.intersect(window), true)),
             Err(outcome) => (outcome, None),
         }
+    }
+
+    /// The pixels whose centres lie between two places on the grid.
+    #[inline(always)]
+    pub(super) fn bounds_between(&self, low: [i32; 2], high: [i32; 2]) -> PixelRect {
+        let corner = self.viewport.rect();
+        let column = |x: i32| Subpixel::first_centre_of(x).saturating_add(corner.x0);
+        let row = |y: i32| Subpixel::first_centre_of(y).saturating_add(corner.y0);
+        PixelRect { x0: column(low[0]), y0: row(low[1]), x1: column(high[0]), y1: row(high[1]) }
     }
 
     /// Where vertex `i` lies.

@@ -9,10 +9,15 @@ use std::collections::HashMap;
 
 use super::face::signed_area;
 
-/// Triangles of the simple polygon `points`, as numbers of its vertices, wound as the polygon
+/// Steps in 1, which is about the size of a face: ears are clipped between whole steps. Vertices that
+/// are nearer to each other turn every way, and the library loses its own.
+const STEPS: f64 = (1_u64 << 40) as f64;
+
+/// Triangles of the simple polygon `points`, which are about 1 from 0 at most, as numbers of its vertices, wound as the polygon
 /// is. Every side of the polygon is the side of a triangle. Empty if nothing can be made of it.
 pub(super) fn triangulate(points: &[[f64; 2]]) -> Vec<[usize; 3]> {
-    let Ok(corners) = earcutr::earcut(points.as_flattened(), &[], 2) else { return Vec::new() };
+    let rounded: Vec<f64> = points.as_flattened().iter().map(|c| (c * STEPS).round()).collect();
+    let Ok(corners) = earcutr::earcut(&rounded, &[], 2) else { return Vec::new() };
     let mut triangles: Vec<[usize; 3]> = corners
         .as_chunks()
         .0
@@ -109,6 +114,29 @@ mod tests {
         let mut points: Vec<_> = comb.collect();
         points.extend([[199.0, 60.0], [0.0, 60.0]]);
         check(&points);
+    }
+
+    /// A fuzzer's: of the triangle itself nothing was left.
+    #[test]
+    fn triangles_fill_a_polygon_with_many_vertices_nearly_at_one_place() {
+        let (a, b) = (8.978549240895584e-20, 2.0328790734103208e-20);
+        let points = [
+            [0.0, 0.0],
+            [a, a],
+            [0.0, 8.470329472543003e-22],
+            [0.0, b],
+            [-2.625802136488331e-20, -2.625802136488331e-20],
+            [-8.216219588366713e-20, 2.541098841762901e-20],
+            [a, a],
+            [0.0, 8.470341589446508e-22],
+            [1.9375, 1.9375],
+            [1.9375, 0.0],
+            [2.710505431213761e-20, a],
+            [0.0, 0.0],
+        ];
+        let area = |t: &[usize; 3]| signed_area(&t.map(|i| points[i]));
+        let sum: f64 = triangulate(&points).iter().map(area).sum();
+        assert!((sum - signed_area(&points)).abs() < 1e-9, "{sum}");
     }
 
     #[test]
