@@ -45,8 +45,9 @@ pub(crate) fn gradients(data: &[u8]) {
     assert_eq!(outcome, outcome_fast);
     assert!(picture.keys().eq(picture_fast.keys()), "coverage depends on the precision");
     let whole = is_unclipped(view.viewport, &poly);
-    // New vertices between giants may lie anywhere near their edge.
-    if whole || most / 1e6 < least {
+    // New vertices between giants may lie anywhere near their edge, and those at the eye anywhere.
+    let is_placed = most / 1e6 < least && !reaches_eye(&view, &poly);
+    if whole || is_placed {
         let right = if outcome == Outcome::Drawn || whole {
             judge::coverage(&view, &poly, &picture)
         } else {
@@ -76,14 +77,20 @@ fn is_judged(view: &View, poly: &Poly) -> bool {
     poly.positions.len() == 3 || (most <= 1e6 * least && sine > 1e-6)
 }
 
-/// Drops the pixels that are not surely inside; all of them where the clipped polygon reaches the eye,
-/// so that its range of 1/w is what the rounding of a new vertex leaves.
-fn keep_inside(view: &View, poly: &Poly, picture: &mut Picture) {
+/// Is a corner of the clipped polygon at the eye, or nearly, so that its place and its w are what
+/// rounding leaves?
+fn reaches_eye(view: &View, poly: &Poly) -> bool {
     let corners = clipper::clip(poly, &clipper::planes(view.viewport));
     let most = poly.positions.iter().flatten().fold(0.0, |most: f64, c| most.max(c.abs()));
-    if corners.iter().any(|corner| approximate(&corner.position[3]) < 1e-9 * most) {
+    corners.iter().any(|corner| approximate(&corner.position[3]) < 1e-9 * most)
+}
+
+/// Drops the pixels that are not surely inside; all of them where the clipped polygon reaches the eye.
+fn keep_inside(view: &View, poly: &Poly, picture: &mut Picture) {
+    if reaches_eye(view, poly) {
         picture.clear();
     }
+    let corners = clipper::clip(poly, &clipper::planes(view.viewport));
     let outline = clipper::outline(view.viewport, &corners);
     picture.retain(|(y, x), _| clipper::side(&outline, *x, *y, TOLERANCE) == Side::Inside);
 }
