@@ -1,6 +1,7 @@
 //! What a frame asks of the allocator: nothing, once there was one like it.
 
 use allocation_counter::measure;
+use hyperspan::depth::DepthBounds;
 use hyperspan::draw::{Frame, Polygons, Screen, With};
 use hyperspan::order::DrawOrder;
 use hyperspan::polygon::Vertex;
@@ -51,11 +52,16 @@ fn allocations_of_a_second_frame_are_none() {
         let mut tiler = Tiler::new(Viewport::new(0, 0, SIZE[0], SIZE[1]).expect("small"));
         tiler.set_precision(precision);
         let mut frame = Frame::new(tiler);
+        let mut bounds = DepthBounds::new();
         let mut orders = [DrawOrder::new(), DrawOrder::new()];
         let mut draw = || {
             let screen = Screen {
                 target: Plane::new(&mut colour, SIZE[0], SIZE[1]).expect("its size"),
-                depth: Some(Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size")),
+                depth: Some(
+                    Plane::new(&mut depths, SIZE[0], SIZE[1])
+                        .expect("its size")
+                        .with_bounds(&mut bounds),
+                ),
                 clear: Some((0.0, 1.0)),
             };
             let [back, front] = &mut orders;
@@ -66,6 +72,7 @@ fn allocations_of_a_second_frame_are_none() {
         let first = measure(&mut draw).count_total;
         assert!(first > 0, "the first frame has no buffers yet");
         assert_eq!(measure(&mut draw).count_total, 0, "{precision:?}");
+        assert!(frame.stats().culled.hidden > 0);
         assert!(frame.stats().clipped > 5 && frame.stats().pixels_shaded > 10_000);
     }
 }

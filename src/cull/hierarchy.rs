@@ -98,7 +98,8 @@ impl<'a> Clusters<'a> {
     /// Goes through what is seen of some polygons of the batch; the ranges are the hierarchy's.
     pub(crate) fn walk(&self, polygons: Range<usize>) -> Walk<'a> {
         let Self { hierarchy, view, first } = *self;
-        hierarchy.visible_of(view, first + polygons.start..first + polygons.end)
+        let of_all = |i: usize| first.saturating_add(i);
+        hierarchy.visible_of(view, of_all(polygons.start)..of_all(polygons.end))
     }
 }
 

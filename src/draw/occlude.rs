@@ -131,6 +131,8 @@ impl Search {
             let surveying = Surveying { call: run.call, tiler, window, search };
             call.occlude(surveying, run.first);
         });
+        // Each keeps the room that it has, for the next frame.
+        core::mem::swap(&mut self.runs, &mut self.large);
         Some(&self.occluders)
     }
 

@@ -50,11 +50,15 @@ impl Edges {
         let least = corners.iter().map(|c| approximate(&c.position[3])).fold(f64::MAX, f64::min);
         let size = poly.positions.iter().flatten().fold(0.0, |a: f64, c| a.max(c.abs()));
         let is_sound = least > 1e-6 * size && !corners.iter().any(|c| c.by_infinity);
-        corners.retain(|corner| corner.position[3] != Q::ZERO);
+        // As f64: those of the polygon as given are such, new ones are rounded.
+        let place = |corner: &clipper::Corner| {
+            framebuffer(viewport, [0, 1, 2, 3].map(|i| approximate(&corner.position[i])))
+        };
+        corners.retain(|corner| {
+            corner.position[3] != Q::ZERO && place(corner).iter().all(|c| c.is_finite())
+        });
         let vertex = |corner: &clipper::Corner| {
-            // As f64: those of the polygon as given are such, new ones are rounded.
-            let place =
-                framebuffer(viewport, [0, 1, 2, 3].map(|i| approximate(&corner.position[i])));
+            let place = place(corner);
             let w = &corner.position[3];
             let attribute = |k: usize| {
                 let value = corner.mean(&values[k], linear[k]);
