@@ -16,9 +16,12 @@ pub(crate) struct Occluders {
     /// Greatest depths, or least ones if near depths are `raised`.
     bounds: Vec<f32>,
     raised: bool,
-    /// How many tiles nothing fills so far; and once there is none, the farthest bound.
+    /// How many tiles nothing fills so far; and once there is none, the farthest bound, or one
+    /// behind it.
     unfilled: usize,
     farthest: Option<f32>,
+    /// Bounds that have changed since that was found.
+    changed: usize,
 }
 
 impl Occluders {
@@ -34,7 +37,7 @@ impl Occluders {
         self.bounds.clear();
         self.unfilled = self.columns * height.div_ceil(SIDE) as usize;
         self.bounds.resize(self.unfilled, self.unknown());
-        self.farthest = None;
+        (self.farthest, self.changed) = (None, 0);
     }
 
     /// (width, height) of the buffer, in pixels.
@@ -56,18 +59,23 @@ impl Occluders {
         let (raised, unknown) = (self.raised, self.unknown());
         let at = y as usize * self.columns + x as usize;
         let Some(bound) = self.bounds.get_mut(at) else { return false };
-        let was_filled = *bound != unknown;
         // What is as deep as the polygon may be drawn in its stead.
         let behind = if raised { depths[0].next_down() } else { depths[1].next_up() };
-        *bound = if is_nearer(behind, *bound, raised) { behind } else { *bound };
-        let is_first = !was_filled && *bound != unknown;
+        if !is_nearer(behind, *bound, raised) {
+            return false;
+        }
+        let is_first = *bound == unknown;
+        *bound = behind;
+        self.changed += 1;
         self.unfilled -= usize::from(is_first);
         is_first
     }
 
     /// To be called once a polygon has filled its tiles.
     pub(crate) fn filled(&mut self) {
-        if self.unfilled == 0 {
+        // A look at all is worth it when as many have changed.
+        if self.unfilled == 0 && self.changed >= self.bounds.len() {
+            self.changed = 0;
             let raised = self.raised;
             let farther = |a: f32, b: f32| if is_nearer(a, b, raised) { b } else { a };
             self.farthest = self.bounds.iter().copied().reduce(farther);
