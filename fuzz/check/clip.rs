@@ -280,9 +280,15 @@ fn check_convex(case: &Case, cut: &VertexArrays) {
         }
     }
     // Where planes meet in a vertex, rounding leaves it several times.
-    let mut distinct = bits(cut);
-    distinct.sort_unstable();
-    distinct.dedup();
+    let is_near = |p: &[f64; 4], q: &[f64; 4]| {
+        (0..4).all(|k| (p[k] - q[k]).abs() <= 1e3 * ROUNDING * scale[k])
+    };
+    let mut distinct: Vec<[f64; 4]> = Vec::new();
+    for p in &left {
+        if !distinct.iter().any(|q| is_near(p, q)) {
+            distinct.push(*p);
+        }
+    }
     if moved < 1e-6 {
         let most = given.len() + crossed.len();
         assert!(distinct.len() <= most, "{} vertices of {}", distinct.len(), given.len());
