@@ -268,8 +268,9 @@ impl Clipper {
     }
 
     /// Clips `vertices` in place, against the planes that they cross. All positions must be
-    /// finite. A convex polygon of N vertices leaves at most N + [`Self::plane_count`] different ones;
-    /// where planes meet in a vertex, rounding may leave it more than once.
+    /// finite. A convex polygon of N vertices leaves at most N + [`Self::plane_count`]: one more for
+    /// each plane that it crosses, and where planes meet in a vertex, rounding may leave that more than
+    /// once.
     pub fn clip(&mut self, vertices: &mut VertexArrays) -> Clipped {
         let outcodes = self.classify(vertices.positions());
         if outcodes.hidden {

@@ -36,7 +36,7 @@ pub(crate) enum Look {
 }
 
 /// The longest side of a small triangle's bounding box, with 16 fraction bits.
-pub(crate) const LARGEST: i32 = 256 << Subpixel::FRACTION_BITS;
+const LARGEST: i32 = 256 << Subpixel::FRACTION_BITS;
 
 /// Looks at the triangle of `vertices`, from the viewport's `corner` in the framebuffer, and fills
 /// `found` in if it covers any pixel of `window`. `wants`: are back faces drawn, and front faces?

@@ -2,8 +2,9 @@
 //! times as many, all finite. Nothing panics, and where no number is beyond 1e100:
 //!
 //! - what is found `Inside` is untouched, what is found `Outside` has no middle that is seen;
-//! - a convex polygon leaves at most N + planes different vertices, and any other one at most twice as many
-//!   for each plane;
+//! - a convex polygon leaves at most N + planes vertices, and no more of those that differ by more
+//!   than rounding than N + the planes that it crosses; any other one at most twice as many for
+//!   each plane;
 //! - a convex polygon stays convex, and its area (along any two axes) does not grow: it is the area
 //!   that a naive clipper in rationals leaves;
 //! - no vertex that is inside every plane is lost;
@@ -292,6 +293,8 @@ fn check_convex(case: &Case, cut: &VertexArrays) {
     if moved < 1e-6 {
         let most = given.len() + crossed.len();
         assert!(distinct.len() <= most, "{} vertices of {}", distinct.len(), given.len());
+        let most = given.len() + case.all_planes().len();
+        assert!(left.len() <= most, "{} vertices of {}, all in all", left.len(), given.len());
     }
 
     let exact = (crossed.len() <= 4).then(|| {

@@ -45,8 +45,9 @@ pub(crate) fn gradients(data: &[u8]) {
     assert_eq!(outcome, outcome_fast);
     assert!(picture.keys().eq(picture_fast.keys()), "coverage depends on the precision");
     let whole = is_unclipped(view.viewport, &poly);
-    // New vertices between giants may lie anywhere near their edge, and those at the eye anywhere.
-    let is_placed = most / 1e6 < least && !reaches_eye(&view, &poly);
+    // New vertices between giants may lie anywhere near their edge, and those at the eye anywhere, if
+    // the polygon is seen from the side.
+    let is_placed = most / 1e6 < least && !(is_from_the_side(&poly) && reaches_eye(&view, &poly));
     if whole || is_placed {
         let right = if outcome == Outcome::Drawn || whole {
             judge::coverage(&view, &poly, &picture)
@@ -75,6 +76,19 @@ fn is_judged(view: &View, poly: &Poly) -> bool {
     let [least, most] = [sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max)];
     let sine = Plane::new(poly, view.viewport, &[]).sine();
     poly.positions.len() == 3 || (most <= 1e6 * least && sine > 1e-6)
+}
+
+/// Is the polygon's plane one through the eye, or nearly?
+fn is_from_the_side(poly: &Poly) -> bool {
+    let unit = |[x, y, _, w]: &[f64; 4]| {
+        let length = (x * x + y * y + w * w).sqrt();
+        [x, y, w].map(|c| if length > 0.0 { c / length } else { 0.0 })
+    };
+    let all: Vec<[f64; 3]> = poly.positions.iter().map(unit).collect();
+    let volume = |[a, b, c]: [f64; 3], [d, e, f]: [f64; 3], [g, h, i]: [f64; 3]| {
+        (a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)).abs()
+    };
+    all.iter().all(|p| all.iter().all(|q| all.iter().all(|r| volume(*p, *q, *r) < 1e-9)))
 }
 
 /// Is a corner of the clipped polygon at the eye, or nearly, so that its place and its w are what

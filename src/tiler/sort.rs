@@ -10,7 +10,6 @@ use crate::patch::Patches;
 use crate::placed::PlacedVertex;
 use crate::polygon::Polygon;
 use crate::space::PixelRect;
-use crate::triangle::LARGEST;
 
 /// The rows that a polygon may cover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,15 +39,11 @@ impl Tiler {
         if !(3..=MOST_VERTICES).contains(&n) || self.clipper.has_user_planes() {
             return self.sort_any(polygon, window);
         }
-        if n == 3
-            && let Some(found) = self.sort_small(simd, polygon, window)
-        {
-            return found;
-        }
         let first = self.vertex_place(simd, polygon, 0);
         let (mut low, mut high, mut within) = (first.bits, first.bits, first.within);
         let [fx, fy] = first.bits;
         let mut last = [0; 2];
+        let (mut second, mut third) = ([0; 2], [0; 2]);
         // Twice the area; each term is below 2^61.
         let mut area = 0_i128;
         for i in 1..n {
@@ -61,6 +56,7 @@ impl Tiler {
             let wide = |a: i32, b: i32| i64::from(a).wrapping_mul(b.into());
             area += i128::from(wide(last[1], to[0]).wrapping_sub(wide(last[0], to[1])));
             last = to;
+            (second, third) = (third, [x, y]);
         }
         // Only a crossing polygon covers anything without an area.
         if !within || area == 0 && n > 3 {
@@ -72,59 +68,22 @@ impl Tiler {
         if !self.cull.keeps(area > 0) {
             return (Outcome::Backface, None);
         }
+        let (bounds, corner) = (self.bounds_between(low, high), self.viewport.rect());
         if let Some(occluders) = occluders
             && self.is_occluded(simd, polygon, window, occluders)
         {
             return (Outcome::Hidden, None);
         }
-        let bounds = self.bounds_between(low, high);
-        (Outcome::Drawn, Rows::of(bounds.intersect(window), true))
-    }
-
-    /// The same of a triangle within the view, if it is small. Most of a fine mesh are, and lie between
-    /// the centres.
-    #[inline(always)]
-    fn sort_small<L: Lanes, V: Polygon + ?Sized>(
-        &self,
-        simd: L,
-        polygon: &V,
-        window: PixelRect,
-    ) -> Option<(Outcome, Option<Rows>)> {
-        let a = self.vertex_place(simd, polygon, 0);
-        let b = self.vertex_place(simd, polygon, 1);
-        let c = self.vertex_place(simd, polygon, 2);
-        if !(a.within & b.within & c.within) {
-            return None;
-        }
-        let ([ax, ay], [bx, by], [cx, cy]) = (a.bits, b.bits, c.bits);
-        let low = [ax.min(bx).min(cx), ay.min(by).min(cy)];
-        let high = [ax.max(bx).max(cx), ay.max(by).max(cy)];
-        // Within the view volume: no difference overflows.
-        if (high[0] - low[0]) | (high[1] - low[1]) >= LARGEST {
-            return None;
-        }
-        let wide = |p: i32, q: i32| i64::from(p) * i64::from(q);
-        let area = wide(by - ay, cx - ax) - wide(bx - ax, cy - ay);
-        if area == 0 {
-            return Some((Outcome::Degenerate, None));
-        }
-        if !self.cull.keeps(area > 0) {
-            return Some((Outcome::Backface, None));
-        }
-        let x = [Subpixel::first_centre_of(low[0]), Subpixel::first_centre_of(high[0])];
-        let y = [Subpixel::first_centre_of(low[1]), Subpixel::first_centre_of(high[1])];
-        if x[0] >= x[1] || y[0] >= y[1] {
-            return Some((Outcome::Drawn, None));
-        }
-        if x[1] - x[0] == 1 && y[1] - y[0] == 1 {
-            let corners = [a.bits, b.bits, c.bits];
-            if !Patches::covers_pixel([x[0], y[0]], corners, area > 0) {
-                return Some((Outcome::Drawn, None));
+        let is_small = n == 3 && Patches::are_few(bounds);
+        if is_small && bounds.x1 - bounds.x0 == 1 && bounds.y1 - bounds.y0 == 1 {
+            // Most triangles of a fine mesh end here: between the centres.
+            let corners = [[fx, fy], second, third];
+            let pixel = [bounds.x0 - corner.x0, bounds.y0 - corner.y0];
+            if !Patches::covers_pixel(pixel, corners, area > 0) {
+                return (Outcome::Drawn, None);
             }
         }
-        let bounds = self.bounds_between(low, high);
-        let is_small = Patches::are_few(bounds);
-        is_small.then(|| (Outcome::Drawn, Rows::of(bounds.intersect(window), false)))
+        (Outcome::Drawn, Rows::of(bounds.intersect(window), !is_small))
     }
 
     #[inline(never)]

@@ -168,19 +168,21 @@ pub(crate) fn same_in_rows<V: Polygon + ?Sized>(
     const NOTHING: u32 = 0xDEAD_BEEF;
     let (width, height) = view.size();
     let area = width as usize * height as usize;
-    // One of them: which one is as good as random.
-    let Some(k) = picture.len().checked_rem(polygon.attribute_count()) else { return Ok(()) };
-    let (mut values, mut depths) = (vec![NOTHING; area], vec![2.0; area]);
-    let mut target = Plane::new(&mut values, width, height).expect("its size");
-    let mut depth = Plane::new(&mut depths, width, height).expect("its size");
-    view.tiler().draw(polygon, &mut One(k), &mut target, Some(&mut depth));
-    for (i, (value, depth)) in values.iter().zip(&depths).enumerate() {
-        let (row, column) = (i / width as usize, i % width as usize);
-        let at = (row as i32 + view.window.y0, column as i32 + view.window.x0);
-        let wanted = picture.get(&at).map(|seen| (seen.attributes[k], seen.depth));
-        let found = (*value, depth.to_bits());
-        if found != wanted.unwrap_or((NOTHING, 2.0_f32.to_bits())) {
-            return Err(format!("attribute {k} in rows at {at:?}: {found:x?}, not {wanted:x?}"));
+    for k in 0..polygon.attribute_count() {
+        let (mut values, mut depths) = (vec![NOTHING; area], vec![2.0; area]);
+        let mut target = Plane::new(&mut values, width, height).expect("its size");
+        let mut depth = Plane::new(&mut depths, width, height).expect("its size");
+        view.tiler().draw(polygon, &mut One(k), &mut target, Some(&mut depth));
+        for (i, (value, depth)) in values.iter().zip(&depths).enumerate() {
+            let (row, column) = (i / width as usize, i % width as usize);
+            let at = (row as i32 + view.window.y0, column as i32 + view.window.x0);
+            let wanted = picture.get(&at).map(|seen| (seen.attributes[k], seen.depth));
+            let found = (*value, depth.to_bits());
+            if found != wanted.unwrap_or((NOTHING, 2.0_f32.to_bits())) {
+                return Err(format!(
+                    "attribute {k} in rows at {at:?}: {found:x?}, not {wanted:x?}"
+                ));
+            }
         }
     }
     Ok(())
