@@ -29,10 +29,11 @@ pub(crate) mod occlude;
 mod scan;
 mod small;
 pub(crate) mod sort;
+mod tiles;
 
-use hidden::TestedSpans;
 use scan::{Counts, Taken, may_be_packed, pack};
 use small::Sight;
+use tiles::TestedSpans;
 
 /// Which polygons are left out for the way they face. Front faces are counter-clockwise with
 /// y up; a snapped area of 0 faces back.
@@ -257,12 +258,7 @@ impl Tiler {
             Sight::Done(outcome) => outcome,
             Sight::Pixels => self.draw_unusual(polygon, &found, shader, target, depth),
             Sight::Elsewhere => {
-                if self.cull == Cull::None
-                    && self.hides
-                    && let Some(buffer) = depth.as_deref_mut()
-                    && buffer.has_bounds()
-                    && self.is_hidden_in_view(simd, polygon, window, buffer)
-                {
+                if self.is_hidden_in_view(simd, polygon, window, depth.as_deref_mut()) {
                     return Outcome::Hidden;
                 }
                 self.draw_any(polygon, window, shader, target, depth)

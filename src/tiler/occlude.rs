@@ -2,8 +2,9 @@
 
 use fearless_simd::Simd as Lanes;
 
-use super::hidden::{SMALL, TestedSpans, right_depth};
+use super::hidden::right_depth;
 use super::scan::{Taken, bounds};
+use super::tiles::{SMALL, TestedSpans};
 use super::{Precision, Scratch, Tiler, set_gradients};
 use crate::depth::{DepthSource, Occluders};
 use crate::divide::snapped_area;
