@@ -148,7 +148,8 @@ impl Area {
             return None;
         }
         let [x, y] = origin;
-        Some(Self([[x0.abs_diff(x), (x1 - 1).abs_diff(x)], [y0.abs_diff(y), (y1 - 1).abs_diff(y)]]))
+        let from = |c: i32, first: i32| c.wrapping_sub(first).cast_unsigned();
+        Some(Self([[from(x0, x), from(x1 - 1, x)], [from(y0, y), from(y1 - 1, y)]]))
     }
 
     /// Is its first tile's part hidden, of `depth` or behind it?

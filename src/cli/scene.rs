@@ -24,7 +24,7 @@ use crate::model::{Lit, Look, Model, Run};
 use crate::needed::Needed;
 use crate::progress::Progress;
 use crate::shaders::{Layout, PaintCounts, PaintData, PaintDepth, PaintPicture, Reads};
-use crate::surface::{LitTexture, Plain, Shaded, Surface, Textured, light_piece};
+use crate::surface::{Corner, LitTexture, Plain, Shaded, Surface, Textured, light_piece};
 
 /// How a model is to be drawn.
 #[derive(Clone, Copy, Debug)]
@@ -202,8 +202,7 @@ impl<'f> View<'f> {
                 self.dressed(run, plain, canvas, Skin::Plain(plain))
             }
             None => {
-                let positions = &corners.position;
-                let shaded = Shaded { diffuse, colors, light, positions };
+                let shaded = Shaded { diffuse, colors, light };
                 self.dressed(run, shaded, canvas, Skin::Shaded(shaded))
             }
         }
@@ -281,8 +280,8 @@ impl<'f> View<'f> {
 trait Vertices: Sync {
     /// How many each corner has.
     fn count(&self) -> usize;
-    /// Attribute `k` of corner `corner` of face `face`.
-    fn attribute(&self, face: u32, corner: usize, k: usize) -> f32;
+    /// Attribute `k` of `corner` of face `face`.
+    fn attribute(&self, face: u32, corner: Corner, k: usize) -> f32;
 }
 
 impl Vertices for () {
@@ -290,7 +289,7 @@ impl Vertices for () {
         0
     }
 
-    fn attribute(&self, _face: u32, _corner: usize, _k: usize) -> f32 {
+    fn attribute(&self, _face: u32, _corner: Corner, _k: usize) -> f32 {
         0.0
     }
 }
@@ -302,7 +301,7 @@ impl<S: Surface + Reads> Vertices for S {
     }
 
     #[inline(always)]
-    fn attribute(&self, _face: u32, corner: usize, k: usize) -> f32 {
+    fn attribute(&self, _face: u32, corner: Corner, k: usize) -> f32 {
         Surface::attribute(self, corner, k)
     }
 }
@@ -354,17 +353,17 @@ impl Vertices for WithExtras<'_> {
     }
 
     #[inline]
-    fn attribute(&self, face: u32, corner: usize, k: usize) -> f32 {
+    fn attribute(&self, face: u32, corner: Corner, k: usize) -> f32 {
         let Some(extra) = k.checked_sub(self.read) else {
             return self.surface.attribute(corner, k);
         };
         let Model { positions, uvs, normals, corners, face_normals, .. } = self.model;
         match self.extras[extra] {
-            Extra::Uv(c) => uvs[corners.uv[corner] as usize][c],
-            Extra::Normal(c) => normals[corners.normal[corner] as usize][c],
+            Extra::Uv(c) => uvs[corners.uv[corner.number] as usize][c],
+            Extra::Normal(c) => normals[corners.normal[corner.number] as usize][c],
             Extra::FaceNormal(c) => face_normals[face as usize][c],
             #[expect(clippy::cast_possible_truncation, reason = "attributes are f32")]
-            Extra::Position(c) => positions[corners.position[corner] as usize][c] as f32,
+            Extra::Position(c) => positions[corner.position][c] as f32,
         }
     }
 }
@@ -439,7 +438,8 @@ impl<V: Vertices> Polygon for PiecePolygon<'_, V> {
 
     #[inline(always)]
     fn attribute(&self, i: usize, k: usize) -> f32 {
-        self.vertices.attribute(self.face, self.start + i, k)
+        let corner = Corner { number: self.start + i, position: self.positions[i] as usize };
+        self.vertices.attribute(self.face, corner, k)
     }
 
     #[inline(always)]

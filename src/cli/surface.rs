@@ -12,10 +12,17 @@ use crate::camera::Camera;
 use crate::model::{Look, Model, Piece};
 use crate::shaders::{Colour, Reads};
 
+/// A corner of a face: its number in the model, and that of its position.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Corner {
+    pub(crate) number: usize,
+    pub(crate) position: usize,
+}
+
 /// A kind of look: the vertices' side of it; a pixel's is [`Colour`].
 pub(crate) trait Surface: Colour {
-    /// Attribute `k` at corner `corner` of the model.
-    fn attribute(&self, corner: usize, k: usize) -> f32;
+    /// Attribute `k` at `corner`.
+    fn attribute(&self, corner: Corner, k: usize) -> f32;
 
     /// A pixel's side.
     fn colour(&self) -> &dyn Colour;
@@ -45,7 +52,7 @@ impl Surface for Plain {
     }
 
     #[inline(always)]
-    fn attribute(&self, _corner: usize, _k: usize) -> f32 {
+    fn attribute(&self, _corner: Corner, _k: usize) -> f32 {
         0.0
     }
 }
@@ -59,8 +66,6 @@ pub(crate) struct Shaded<'a> {
     pub(crate) colors: &'a [[f32; 3]],
     /// By corner; empty if nothing is lit.
     pub(crate) light: &'a [f32],
-    /// The position of each corner.
-    pub(crate) positions: &'a [u32],
 }
 
 impl Reads for Shaded<'_> {
@@ -81,9 +86,9 @@ impl Surface for Shaded<'_> {
     }
 
     #[inline(always)]
-    fn attribute(&self, corner: usize, k: usize) -> f32 {
-        let color = self.colors.get(self.positions[corner] as usize).map_or(1.0, |color| color[k]);
-        self.light.get(corner).map_or(color, |light| light * color)
+    fn attribute(&self, corner: Corner, k: usize) -> f32 {
+        let color = self.colors.get(corner.position).map_or(1.0, |color| color[k]);
+        self.light.get(corner.number).map_or(color, |light| light * color)
     }
 }
 
@@ -129,8 +134,8 @@ impl Surface for Textured<'_> {
     }
 
     #[inline(always)]
-    fn attribute(&self, corner: usize, k: usize) -> f32 {
-        self.uvs[self.indices[corner] as usize][k]
+    fn attribute(&self, corner: Corner, k: usize) -> f32 {
+        self.uvs[self.indices[corner.number] as usize][k]
     }
 }
 
@@ -156,8 +161,8 @@ impl Surface for LitTexture<'_> {
     }
 
     #[inline(always)]
-    fn attribute(&self, corner: usize, k: usize) -> f32 {
-        if k < 2 { self.textured.attribute(corner, k) } else { self.light[corner] }
+    fn attribute(&self, corner: Corner, k: usize) -> f32 {
+        if k < 2 { self.textured.attribute(corner, k) } else { self.light[corner.number] }
     }
 }
 

@@ -60,7 +60,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
     }
 }
 
-/// The depths stored at the lanes of `patch`, where they are in the buffer.
+/// The depths stored at the covered lanes of `patch`, where they are in the buffer.
 #[inline(always)]
 pub(super) fn stored_depths(
     buffer: &DepthBuffer<'_>,
@@ -73,10 +73,13 @@ pub(super) fn stored_depths(
     // Rows one after the other, each over the end of the one before.
     let mut stored = [0.0; 2 * BLOCK];
     let inside = u64::from(x) + 16 <= u64::from(width) && u64::from(y) + 16 <= u64::from(height);
+    // The smallest have no more than two rows. Where others end is nothing that could be predicted.
+    let needed = BLOCK - patch.mask.leading_zeros() as usize;
+    let end = if needed <= 2 * columns { BLOCK.min(2 * columns) } else { BLOCK };
     let mut lane = 0;
     if inside {
         let mut y = y;
-        while lane < BLOCK {
+        while lane < end {
             let start = x as usize;
             stored[lane..lane + BLOCK].copy_from_slice(&buffer.row(y)[start..start + BLOCK]);
             lane += columns;
@@ -84,7 +87,7 @@ pub(super) fn stored_depths(
         }
     } else {
         // Near the buffer's end, or beyond it on any side.
-        while lane < BLOCK {
+        while lane < end {
             let [x, y] = patch.place(lane, origin);
             if x < width && y < height {
                 stored[lane] = buffer.row(y)[x as usize];

@@ -60,6 +60,32 @@ pub(crate) fn paint_small<L: Simd, V, S, T>(
     lanes: &mut Vec<[f32; BLOCK]>,
     shader: &mut S,
     target: &mut T,
+    depth: Option<&mut DepthBuffer<'_>>,
+) -> Option<u64>
+where
+    V: Polygon + ?Sized,
+    S: Shader,
+    T: Target<Pixel = S::Pixel>,
+{
+    // Most have one: that is compiled by itself, without loops.
+    if small.patches.count() == 1 {
+        paint_some::<1, _, _, _, _>(simd, small, values, place, lanes, shader, target, depth)
+    } else {
+        paint_some::<MOST, _, _, _, _>(simd, small, values, place, lanes, shader, target, depth)
+    }
+}
+
+/// The same, of `MANY` patches at most.
+#[expect(clippy::too_many_arguments, reason = "those of the room's door")]
+#[inline(always)]
+fn paint_some<const MANY: usize, L: Simd, V, S, T>(
+    simd: L,
+    small: &Small<'_>,
+    values: &CornerValues<'_, V>,
+    place: &Placement,
+    lanes: &mut Vec<[f32; BLOCK]>,
+    shader: &mut S,
+    target: &mut T,
     mut depth: Option<&mut DepthBuffer<'_>>,
 ) -> Option<u64>
 where
@@ -67,19 +93,21 @@ where
     S: Shader,
     T: Target<Pixel = S::Pixel>,
 {
-    let Small { patches, view, anchor, .. } = small;
+    let Small { patches, view, anchor, z, .. } = *small;
     let n = small.attribute_count.min(S::INPUTS.attributes);
     // For each patch its depths, 1/Q, and its attributes.
     let stride = n + 2;
     if lanes.len() < MOST * stride {
         lanes.resize(MOST * stride, [0.0; BLOCK]);
     }
-    let mut masks = [0; MOST];
+    let count = if MANY == 1 { 1 } else { patches.count() };
+    let first = InPatch::new(simd, patches.patch(0), anchor);
+    let mut masks = [0; MANY];
     let mut passed = 0;
 
     // 1. Depth.
-    let zero = small.z == [0.0; 3];
-    for (i, mask) in masks.iter_mut().enumerate().take(patches.count()) {
+    let zero = z[0].abs() + z[1].abs() + z[2].abs() == 0.0;
+    for (i, mask) in masks.iter_mut().enumerate().take(count) {
         let patch = patches.patch(i);
         if patch.mask == 0 {
             continue;
@@ -90,8 +118,9 @@ where
             if zero {
                 *out = [0.0; BLOCK];
             } else {
-                let (function, doubtful_below) = view.depth(small.z);
-                let found = InPatch::new(simd, patch, *anchor).at(simd, function).narrow();
+                let (function, doubtful_below) = view.depth(z);
+                let at = if MANY == 1 { first } else { InPatch::new(simd, patch, anchor) };
+                let found = at.at(simd, function).narrow();
                 // A hair above it, so that what rounds to a `f32` below is among them.
                 let limit = Narrow::splat(simd, nearest_f32(doubtful_below * 1.001));
                 if patch.mask & low_bits(found.abs().simd_lt(limit).to_bitmask()) != 0 {
@@ -114,12 +143,12 @@ where
     // 2. Attributes, where a pixel passed.
     let divided = view.constant == ConstantAlong::Polygon;
     if n > 0 && !divided {
-        for (i, mask) in masks.iter().enumerate().take(patches.count()) {
+        for (i, mask) in masks.iter().enumerate().take(count) {
             if *mask == 0 {
                 continue;
             }
-            let patch = patches.patch(i);
-            let q = InPatch::new(simd, patch, *anchor).at(simd, view.unit_q).narrow();
+            let at = if MANY == 1 { first } else { InPatch::new(simd, patches.patch(i), anchor) };
+            let q = at.at(simd, view.unit_q).narrow();
             (Narrow::splat(simd, 1.0) / q).store_array(lanes.get_mut(i * stride + 1)?);
         }
     }
@@ -139,11 +168,10 @@ where
             None => return None,
         };
         let (low, high) = (Narrow::splat(simd, range[0]), Narrow::splat(simd, range[1]));
-        for (i, mask) in masks.iter().enumerate().take(patches.count()) {
+        for (i, mask) in masks.iter().enumerate().take(count) {
             if *mask == 0 {
                 continue;
             }
-            let patch = patches.patch(i);
             let [_, r, attributes @ ..] = lanes.get_mut(i * stride..(i + 1) * stride)? else {
                 return None;
             };
@@ -151,7 +179,8 @@ where
                 low.store_array(&mut attributes[k]);
                 continue;
             };
-            let n = InPatch::new(simd, patch, *anchor).at(simd, numerator).narrow();
+            let at = if MANY == 1 { first } else { InPatch::new(simd, patches.patch(i), anchor) };
+            let n = at.at(simd, numerator).narrow();
             let value = if divided { n } else { n * Narrow::load_array_ref(simd, r) };
             clamp_numbers(value, low, high).store_array(&mut attributes[k]);
         }
@@ -159,7 +188,7 @@ where
 
     // 3. Shader and target.
     let mut shaded = 0;
-    for (i, mask) in masks.iter().copied().enumerate().take(patches.count()) {
+    for (i, mask) in masks.into_iter().enumerate().take(count) {
         let patch = patches.patch(i);
         if mask == 0 {
             continue;

@@ -193,10 +193,7 @@ impl Tiler {
         if polygon.len() != 4 {
             return None;
         }
-        let a = self.vertex_place(simd, polygon, 0);
-        let b = self.vertex_place(simd, polygon, 1);
-        let c = self.vertex_place(simd, polygon, 2);
-        let d = self.vertex_place(simd, polygon, 3);
+        let [a, b, c, d] = self.vertex_places(simd, polygon);
         if !(a.within & b.within & c.within & d.within) {
             return None;
         }

@@ -49,11 +49,7 @@ impl Tiler {
         if polygon.len() != 3 || self.clipper.has_user_planes() {
             return Sight::Elsewhere;
         }
-        let placed = [
-            self.vertex_place(simd, polygon, 0),
-            self.vertex_place(simd, polygon, 1),
-            self.vertex_place(simd, polygon, 2),
-        ];
+        let placed = self.vertex_places(simd, polygon);
         let (cull, rect) = (self.cull, self.viewport.rect());
         let wants = [cull.keeps(false), cull.keeps(true)];
         match look(simd, placed, [rect.x0, rect.y0], wants, window, found) {

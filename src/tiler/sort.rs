@@ -122,6 +122,30 @@ impl Tiler {
             _ => self.place_constants.place(simd, &polygon.position(i)),
         }
     }
+
+    /// Where the first `N` vertices lie, of a polygon that has as many.
+    #[inline(always)]
+    pub(super) fn vertex_places<const N: usize, L: Lanes, V: Polygon + ?Sized>(
+        &self,
+        simd: L,
+        polygon: &V,
+    ) -> [PlacedVertex; N] {
+        let mut places = [PlacedVertex::default(); N];
+        match polygon.placed() {
+            // Once for all: of a small triangle it would be felt.
+            Some(placed) if placed.viewport() == self.viewport => {
+                for (i, place) in places.iter_mut().enumerate() {
+                    *place = placed.vertex(polygon.placed_index(i));
+                }
+            }
+            _ => {
+                for (i, place) in places.iter_mut().enumerate() {
+                    *place = self.place_constants.place(simd, &polygon.position(i));
+                }
+            }
+        }
+        places
+    }
 }
 
 impl Rows {
