@@ -70,7 +70,7 @@ impl Patches {
             return None;
         }
         let rows = ROWS[columns];
-        let count = usize::from(height).div_ceil(usize::from(rows));
+        let count = patches_of(height, columns);
         if count > MOST {
             return None;
         }
@@ -253,6 +253,25 @@ const ROWS: [u16; BLOCK + 1] = {
     rows
 };
 
+/// How many patches of so many columns have `height` rows: exact up to 4096 of them, and of more not
+/// less than that says. A division would be felt.
+#[inline(always)]
+fn patches_of(height: u16, columns: usize) -> usize {
+    let rounded_up = u64::from(height) + u64::from(ROWS[columns]) - 1;
+    (rounded_up * INVERSE_ROWS[columns] >> 16) as usize
+}
+
+/// 1/[`ROWS`], rounded up: 16 fraction bits.
+const INVERSE_ROWS: [u64; BLOCK + 1] = {
+    let mut inverses = [0; BLOCK + 1];
+    let mut columns = 1;
+    while columns <= BLOCK {
+        inverses[columns] = (1_u64 << 16).div_ceil(ROWS[columns] as u64);
+        columns += 1;
+    }
+    inverses
+};
+
 /// For each number of columns: the lanes that begin a row.
 const FIRST_LANES: [u16; BLOCK + 1] = {
     let mut lanes = [0; BLOCK + 1];
@@ -320,4 +339,20 @@ const fn places(rows: bool) -> [[f64; BLOCK]; BLOCK + 1] {
         columns += 1;
     }
     places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patches_are_counted_without_a_division() {
+        for columns in 1..=BLOCK {
+            for height in 1..=u16::MAX {
+                let exact = usize::from(height).div_ceil(usize::from(ROWS[columns]));
+                let found = patches_of(height, columns);
+                assert!(if height > 4096 { found > MOST } else { found == exact }, "{height}");
+            }
+        }
+    }
 }
