@@ -97,7 +97,8 @@ impl Tiler {
             return None;
         }
         let [a, b, c] = choose_by_x([given[0][0], given[1][0], given[2][0]])?;
-        let corners = [given[a], given[b], given[c]];
+        // From where they are: a load of what was just stored in halves waits.
+        let corners = [polygon.position(a), polygon.position(b), polygon.position(c)];
         let u = middle([found.bounds.x0, found.bounds.x1 - 1]);
         let v = middle([found.bounds.y0, found.bounds.y1 - 1]);
         let anchor = Anchor::new(self.viewport, [u.0, v.0]);
@@ -105,7 +106,11 @@ impl Tiler {
         let w = range([given[0][3], given[1][3], given[2][3]]);
         let view = View::new(&anchor, corners, w, reach, self.viewport)?;
         let range = self.viewport.depth_range();
-        let z = [range.numerator(given[a]), range.numerator(given[b]), range.numerator(given[c])];
+        let z = [
+            range.numerator(corners[0]),
+            range.numerator(corners[1]),
+            range.numerator(corners[2]),
+        ];
         let small = Small {
             patches: &found.patches,
             view: &view,
