@@ -268,9 +268,9 @@ impl Clipper {
     }
 
     /// Clips `vertices` in place, against the planes that they cross. All positions must be
-    /// finite. A convex polygon of N vertices leaves at most N + [`Self::plane_count`]: one more for
-    /// each plane that it crosses, and where planes meet in a vertex, rounding may leave that more than
-    /// once.
+    /// finite. A convex polygon of N vertices leaves at most one vertex more for each plane that it
+    /// crosses, so at most N + [`Self::plane_count`], of those that differ by more than rounding:
+    /// where planes that nearly coincide meet in a vertex, it may be left several times.
     pub fn clip(&mut self, vertices: &mut VertexArrays) -> Clipped {
         let outcodes = self.classify(vertices.positions());
         if outcodes.hidden {

@@ -116,9 +116,12 @@ fn bench_finds_the_estimate_worse_than_a_step_of_newtons() {
     let flags = "--scene rolled-floor --w-ratio 100 --rung estimate --rung newton --rung inverse";
     let rows = rows(&folder, flags);
     let [estimate, newton, inverse] = [0, 1, 2].map(|i| number(&rows[i], "max_ulp"));
-    // Without an instruction for it the estimate is a division.
-    assert!(newton < 6.0 && inverse < 0.6, "{newton} {inverse}");
-    assert!(estimate > 10.0 || cfg!(not(target_arch = "x86_64")), "{estimate}");
+    // The step doubles the estimate's bits: 11 and more on x86, 8 on Arm. Without an instruction
+    // for it the estimate is a division.
+    let most = if cfg!(target_arch = "aarch64") { 256.0 } else { 6.0 };
+    assert!(newton < most && inverse < 0.6, "{newton} {inverse}");
+    let estimates = cfg!(any(target_arch = "x86_64", target_arch = "aarch64"));
+    assert!(estimate > 10.0 * newton.max(1.0) || !estimates, "{estimate} {newton}");
 }
 
 #[test]

@@ -58,9 +58,18 @@ impl Folder {
         names
     }
 
+    /// Where the program is not for the machine at hand, `PROGRAM_RUNNER` starts it: a command and
+    /// its arguments (tests/neon.sh).
     pub(crate) fn command(&self, arguments: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_hyperspan"));
-        command.args(arguments.split_whitespace()).current_dir(&self.0).stdin(Stdio::null());
+        let program = env!("CARGO_BIN_EXE_hyperspan");
+        let runner = std::env::var("PROGRAM_RUNNER").unwrap_or_default();
+        let mut words = runner.split_whitespace().chain([program]);
+        let mut command = Command::new(words.next().expect("the program itself at least"));
+        command
+            .args(words)
+            .args(arguments.split_whitespace())
+            .current_dir(&self.0)
+            .stdin(Stdio::null());
         command
     }
 
