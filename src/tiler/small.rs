@@ -106,11 +106,8 @@ impl Tiler {
         let w = range([given[0][3], given[1][3], given[2][3]]);
         let view = View::new(&anchor, corners, w, reach, self.viewport)?;
         let range = self.viewport.depth_range();
-        let z = [
-            range.numerator(corners[0]),
-            range.numerator(corners[1]),
-            range.numerator(corners[2]),
-        ];
+        let z =
+            [range.numerator(corners[0]), range.numerator(corners[1]), range.numerator(corners[2])];
         let small = Small {
             patches: &found.patches,
             view: &view,
