@@ -33,13 +33,13 @@ flushed() {
     FLUSHED_TARGET_DIR=$CARGO_TARGET_DIR tests/flushed.sh
 }
 
-# Left out are those that draw much, however few the cases (conformance, corpus, precision,
-# precision_many, same_hash, soak, stability), those that watch something else (flushed, sources)
-# and what starts the program (cli): its readers and writers are in --bins.
+# Left out are those whose cases PROPTEST_CASES does not make fewer and which draw much
+# (conformance, precision_many, same_hash, soak), those that watch something else (flushed, sources)
+# and what starts the program (cli): its readers and writers are in --bins and in corpus.
 valgrind() {
     local tests=(
-        allocations cameras clipping coverage culling draw exhaustive fuzzed hidden lists nasty oracles
-        order patterns reproducible total
+        allocations cameras clipping corpus coverage culling draw exhaustive fuzzed hidden lists
+        nasty oracles order patterns precision reproducible stability total
     )
     cargo test --locked --features cli --no-run --message-format=json --lib --bins "${tests[@]/#/--test=}" \
         > "$scratch/built.json"
