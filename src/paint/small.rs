@@ -47,38 +47,13 @@ impl<V: Polygon + ?Sized> CornerValues<'_, V> {
 /// No shader that reads 1/w or w comes here.
 static UNREAD: [f32; BLOCK] = [0.0; BLOCK];
 
-/// Paints `small`, whose corners have `values`. Returns how many pixels were shaded, or
-/// nothing, with nothing done, if the triangle is not usual: an attribute is no number, not of a
-/// size that fits, or a depth too near to 0.
+/// Paints `small`, which has `MANY` patches at most and whose corners have `values`: one, as most
+/// have, is compiled by itself, without loops. Returns how many pixels were shaded, or nothing, with
+/// nothing done, if the triangle is not usual: an attribute is no number, not of a size that fits, or
+/// a depth too near to 0.
 #[expect(clippy::too_many_arguments, reason = "a room's door: what comes in, and where to")]
 #[inline(always)]
-pub(crate) fn paint_small<L: Simd, V, S, T>(
-    simd: L,
-    small: &Small<'_>,
-    values: &CornerValues<'_, V>,
-    place: &Placement,
-    lanes: &mut Vec<[f32; BLOCK]>,
-    shader: &mut S,
-    target: &mut T,
-    depth: Option<&mut DepthBuffer<'_>>,
-) -> Option<u64>
-where
-    V: Polygon + ?Sized,
-    S: Shader,
-    T: Target<Pixel = S::Pixel>,
-{
-    // Most have one: that is compiled by itself, without loops.
-    if small.patches.count() == 1 {
-        paint_some::<1, _, _, _, _>(simd, small, values, place, lanes, shader, target, depth)
-    } else {
-        paint_some::<MOST, _, _, _, _>(simd, small, values, place, lanes, shader, target, depth)
-    }
-}
-
-/// The same, of `MANY` patches at most.
-#[expect(clippy::too_many_arguments, reason = "those of the room's door")]
-#[inline(always)]
-fn paint_some<const MANY: usize, L: Simd, V, S, T>(
+pub(crate) fn paint_small<const MANY: usize, L: Simd, V, S, T>(
     simd: L,
     small: &Small<'_>,
     values: &CornerValues<'_, V>,

@@ -44,17 +44,17 @@ impl Tiler {
         if polygon.len() < 3 {
             return true;
         }
-        let PlacedVertex { bits, within } = self.vertex_place(simd, polygon, 0);
+        let placed = self.placed(polygon);
+        let PlacedVertex { bits, within } = self.vertex_place(simd, polygon, placed, 0);
         if !within {
             return false;
         }
         let (mut low, mut high) = (bits, bits);
         for i in 1..polygon.len() {
-            let placed = self.vertex_place(simd, polygon, i);
-            if !placed.within {
+            let PlacedVertex { bits: [x, y], within } = self.vertex_place(simd, polygon, placed, i);
+            if !within {
                 return false;
             }
-            let [x, y] = placed.bits;
             low = [low[0].min(x), low[1].min(y)];
             high = [high[0].max(x), high[1].max(y)];
         }

@@ -10,6 +10,7 @@ use crate::gradient::middle;
 use crate::gradient::triple::choose_by_x;
 use crate::gradient::view::View;
 use crate::paint::small::{CornerValues, Small, paint_small, serves};
+use crate::patch::MOST;
 use crate::polygon::Polygon;
 use crate::shade::Shader;
 use crate::space::PixelRect;
@@ -118,7 +119,15 @@ impl Tiler {
         let values = CornerValues { polygon, corners: [a, b, c] };
         let place = self.placement();
         let lanes = &mut self.scratch.attributes;
-        let shaded = paint_small(simd, &small, &values, &place, lanes, shader, target, depth)?;
+        let shaded = if found.patches.count() == 1 {
+            paint_small::<1, _, _, _, _>(
+                simd, &small, &values, &place, lanes, shader, target, depth,
+            )
+        } else {
+            paint_small::<MOST, _, _, _, _>(
+                simd, &small, &values, &place, lanes, shader, target, depth,
+            )
+        }?;
         self.stats.constant_w.count(view.constant);
         self.count_pixels(found.into(), shaded);
         Some(())

@@ -7,7 +7,7 @@ use super::{Outcome, Tiler};
 use crate::depth::Occluders;
 use crate::fixed::Subpixel;
 use crate::patch::Patches;
-use crate::placed::PlacedVertex;
+use crate::placed::{Placed, PlacedVertex};
 use crate::polygon::Polygon;
 use crate::space::PixelRect;
 
@@ -39,7 +39,8 @@ impl Tiler {
         if !(3..=MOST_VERTICES).contains(&n) || self.clipper.has_user_planes() {
             return self.sort_any(polygon, window);
         }
-        let first = self.vertex_place(simd, polygon, 0);
+        let placed = self.placed(polygon);
+        let first = self.vertex_place(simd, polygon, placed, 0);
         let (mut low, mut high, mut within) = (first.bits, first.bits, first.within);
         let [fx, fy] = first.bits;
         let mut last = [0; 2];
@@ -48,7 +49,7 @@ impl Tiler {
         let mut area = 0_i128;
         for i in 1..n {
             let PlacedVertex { bits: [x, y], within: is_within } =
-                self.vertex_place(simd, polygon, i);
+                self.vertex_place(simd, polygon, placed, i);
             within &= is_within;
             low = [low[0].min(x), low[1].min(y)];
             high = [high[0].max(x), high[1].max(y)];
@@ -107,19 +108,28 @@ impl Tiler {
         PixelRect { x0: column(low[0]), y0: row(low[1]), x1: column(high[0]), y1: row(high[1]) }
     }
 
-    /// Where vertex `i` lies.
+    /// Where the vertices of `polygon` were placed for this viewport, if they were: asked once for a
+    /// polygon, since of a small triangle it is felt.
+    #[inline(always)]
+    pub(super) fn placed<'p, V: Polygon + ?Sized>(&self, polygon: &'p V) -> Option<&'p Placed> {
+        match polygon.placed() {
+            Some(placed) if placed.viewport() == self.viewport => Some(placed),
+            _ => None,
+        }
+    }
+
+    /// Where vertex `i` lies, of a polygon that is [`placed`](Self::placed) so.
     #[inline(always)]
     pub(super) fn vertex_place<L: Lanes, V: Polygon + ?Sized>(
         &self,
         simd: L,
         polygon: &V,
+        placed: Option<&Placed>,
         i: usize,
     ) -> PlacedVertex {
-        match polygon.placed() {
-            Some(placed) if placed.viewport() == self.viewport => {
-                placed.vertex(polygon.placed_index(i))
-            }
-            _ => self.place_constants.place(simd, &polygon.position(i)),
+        match placed {
+            Some(placed) => placed.vertex(polygon.placed_index(i)),
+            None => self.place_constants.place(simd, &polygon.position(i)),
         }
     }
 
@@ -130,19 +140,10 @@ impl Tiler {
         simd: L,
         polygon: &V,
     ) -> [PlacedVertex; N] {
+        let placed = self.placed(polygon);
         let mut places = [PlacedVertex::default(); N];
-        match polygon.placed() {
-            // Once for all: of a small triangle it would be felt.
-            Some(placed) if placed.viewport() == self.viewport => {
-                for (i, place) in places.iter_mut().enumerate() {
-                    *place = placed.vertex(polygon.placed_index(i));
-                }
-            }
-            _ => {
-                for (i, place) in places.iter_mut().enumerate() {
-                    *place = self.place_constants.place(simd, &polygon.position(i));
-                }
-            }
+        for (i, place) in places.iter_mut().enumerate() {
+            *place = self.vertex_place(simd, polygon, placed, i);
         }
         places
     }
