@@ -63,25 +63,28 @@ impl Subpixel {
     pub(crate) fn centre_of(index: i32) -> i64 {
         (i64::from(index) << Self::FRACTION_BITS) + i64::from(Self::HALF)
     }
-
-    /// The same of one within the grid's reach.
-    #[inline(always)]
-    pub(crate) fn centre_bits(index: i32) -> i32 {
-        (index << Self::FRACTION_BITS) + Self::HALF
-    }
 }
 
 /// The nearest whole number, ties to even; 0 for NaN; `value` below 2^51 in magnitude
 /// (beyond it, what comes out is as large).
 #[inline(always)]
 fn round_to_even(value: f64) -> i64 {
-    // The sum has no room for a fraction, so the addition rounds, half to even.
-    const WHOLE: f64 = 6_755_399_441_055_744.0;
     let limit = 2_251_799_813_685_248.0;
     let rounded = if value.abs() < limit { (value + WHOLE) - WHOLE } else { value };
     #[expect(clippy::cast_possible_truncation, reason = "whole already; saturates beyond i64")]
     let whole = rounded as i64;
     whole
+}
+
+/// A sum with this has no room for a fraction: it rounds, half to even, and its low bits are the whole
+/// number, of what is below 2^51 in magnitude.
+pub(crate) const WHOLE: f64 = 6_755_399_441_055_744.0;
+
+/// The whole number that `sum` is with [`WHOLE`].
+#[expect(clippy::cast_possible_truncation, reason = "the low half")]
+#[inline(always)]
+pub(crate) fn whole_of(sum: f64) -> i32 {
+    (sum.to_bits() as u32).cast_signed()
 }
 
 /// 2^`exponent` for -1022 <= `exponent` <= 1023; what lies beyond becomes 0 or infinity.

@@ -92,12 +92,12 @@ impl DepthBuffer<'_> {
         hides
     }
 
-    /// Might every pixel of `area` with a depth of `depth` fail? Quickly, and not surely.
+    /// Might every pixel of `area` with a depth within `depths` fail? Quickly, and not surely.
     #[inline(always)]
-    pub(crate) fn may_hide(&mut self, area: Area, depth: f32, compare: Compare) -> bool {
+    pub(crate) fn may_hide(&mut self, area: Area, depths: [f32; 2], compare: Compare) -> bool {
         let [[x, _], [y, _]] = area.tiles();
         let tile = self.bounds_mut().and_then(|bounds| bounds.tile_mut([x, y]));
-        tile.is_some_and(|tile| tile.may_hide([depth; 2], compare))
+        tile.is_some_and(|tile| tile.may_hide(depths, compare))
     }
 
     /// Does every pixel of `area` with a depth within `depths` fail?
@@ -117,21 +117,53 @@ impl DepthBuffer<'_> {
         true
     }
 
-    /// About `count` pixels of `area` may have been written, with `depths` that passed `compare`.
+    /// Does every pixel of `area` with a depth within `depths` fail (if it is asked whether it `hides`
+    /// them)? If not, about `count` of them may be written, where some are.
     #[inline(always)]
-    pub(crate) fn wrote(&mut self, area: Area, depths: [f32; 2], compare: Compare, count: u64) {
-        let Some(bounds) = self.bounds_mut() else { return };
-        let [columns, rows] = area.tiles();
-        // Of small polygons it is most often one.
-        if columns[0] == columns[1] && rows[0] == rows[1] {
-            bounds.widen([columns[0], rows[0]], depths, compare, count);
-            return;
+    pub(crate) fn hides_or_takes(
+        &mut self,
+        area: Area,
+        depths: [f32; 2],
+        compare: Compare,
+        hides: bool,
+        count: Option<u64>,
+    ) -> bool {
+        let [[left, right], [top, bottom]] = area.tiles();
+        // Of small polygons it is most often one, which hides nothing.
+        if left == right
+            && top == bottom
+            && let Some(tile) = self.bounds_mut().and_then(|bounds| bounds.tile_mut([left, top]))
+            && !(hides && tile.may_hide(depths, compare))
+        {
+            if let Some(count) = count {
+                tile.widen(depths, compare, count);
+            }
+            return false;
         }
-        for y in rows[0]..rows[1] + 1 {
-            for x in columns[0]..columns[1] + 1 {
-                bounds.widen([x, y], depths, compare, count);
+        self.hide_or_take(area, depths, compare, hides, count)
+    }
+
+    #[inline(always)]
+    fn hide_or_take(
+        &mut self,
+        area: Area,
+        depths: [f32; 2],
+        compare: Compare,
+        hides: bool,
+        count: Option<u64>,
+    ) -> bool {
+        if hides && self.may_hide(area, depths, compare) && self.hides(area, depths, compare) {
+            return true;
+        }
+        let [columns, rows] = area.tiles();
+        if let (Some(bounds), Some(count)) = (self.bounds_mut(), count) {
+            for y in rows[0]..rows[1] + 1 {
+                for x in columns[0]..columns[1] + 1 {
+                    bounds.widen([x, y], depths, compare, count);
+                }
             }
         }
+        false
     }
 }
 

@@ -48,6 +48,12 @@ impl<S: Simd> Wide<S> {
         Self::load(simd, &COUNT) + Self::splat(simd, first)
     }
 
+    /// The first half of the lanes, twice.
+    #[inline(always)]
+    pub(crate) fn first_half(self) -> Self {
+        Self(self.0, self.0)
+    }
+
     /// 1 / self.
     #[inline(always)]
     pub(crate) fn reciprocal(self, simd: S) -> Self {

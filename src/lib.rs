@@ -55,6 +55,7 @@ pub mod space;
 pub mod fixed;
 mod subnormal;
 mod exact;
+mod number;
 pub mod varying;
 pub mod placed;
 pub mod polygon;

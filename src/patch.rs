@@ -7,9 +7,8 @@
 //! decides: `i32` has the rest exactly, and the rule is that of the Y loop: a centre on a left or a
 //! top edge is in.
 
-use fearless_simd::{Simd, SimdBase, SimdMask, i32x16};
+use fearless_simd::{Simd, SimdBase, SimdMask, i32x8, i32x16};
 
-use crate::fixed::Subpixel;
 use crate::lanes::low_bits;
 use crate::shade::BLOCK;
 use crate::space::PixelRect;
@@ -54,12 +53,6 @@ impl Patch {
 }
 
 impl Patches {
-    /// Are there few enough patches in `bounds`?
-    #[inline(always)]
-    pub(crate) fn are_few(bounds: PixelRect) -> bool {
-        Self::of(bounds).is_some()
-    }
-
     /// The patches of `bounds`, if they are few; nothing is covered yet.
     #[inline(always)]
     pub(crate) fn of(bounds: PixelRect) -> Option<Self> {
@@ -98,35 +91,30 @@ impl Patches {
         }
     }
 
-    /// Does the triangle of these vertices, with 16 fraction bits, cover the pixel at column and row
-    /// `pixel`, whose centre is the only one in its bounding box? `front`: counter-clockwise with y up.
+    /// Is there but one pixel in the box?
     #[inline(always)]
-    pub(crate) fn covers_pixel(
-        [column, row]: [i32; 2],
-        [[ax, ay], [bx, by], [cx, cy]]: [[i32; 2]; 3],
-        front: bool,
-    ) -> bool {
-        let (x, y) = (Subpixel::centre_bits(column), Subpixel::centre_bits(row));
-        let (a, b, c) = ([ax - x, ay - y], [bx - x, by - y], [cx - x, cy - y]);
-        let (b, c) = if front { (c, b) } else { (b, c) };
-        Edge::new(a, b).start | Edge::new(b, c).start | Edge::new(c, a).start >= 0
+    pub(crate) fn is_pixel(&self) -> bool {
+        self.pixels_of_box == 1
     }
 
-    /// Finds what the triangle covers within `window`: `vertices` from the first pixel's centre,
-    /// with 16 fraction bits. `front`: counter-clockwise with y up. Returns pixels and spans.
+    /// How many lanes may be covered: of several patches all that they have.
+    #[inline(always)]
+    pub(crate) fn lanes(&self) -> usize {
+        match self.count {
+            1 => self.pixels_of_box as usize,
+            count => count * BLOCK,
+        }
+    }
+
+    /// Finds what the triangle of `edges` covers within `window`. Returns pixels and spans.
     #[inline(always)]
     pub(crate) fn cover<S: Simd>(
         &mut self,
         simd: S,
-        vertices: [[i32; 2]; 3],
-        front: bool,
+        edges: [Edge; 3],
         window: PixelRect,
     ) -> (u64, u64) {
-        let [a, b, c] = vertices;
-        // The same way round for all.
-        let (b, c) = if front { (c, b) } else { (b, c) };
-        let edges = [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)];
-        if self.pixels_of_box == 1 {
+        if self.is_pixel() {
             let inside = edges[0].start | edges[1].start | edges[2].start;
             self.masks[0] = u16::from(inside >= 0 && window.contains(self.bounds()));
             return (self.masks[0].into(), self.masks[0].into());
@@ -135,6 +123,16 @@ impl Patches {
         let in_rows = u16::MAX >> (16 - self.columns * self.rows);
         let seen_whole = window.contains(self.bounds());
         let [a, b, c] = edges;
+        if self.pixels_of_box <= HALF {
+            let any = a.half(simd, columns) | b.half(simd, columns) | c.half(simd, columns);
+            let outside = any.simd_lt(i32x8::splat(simd, 0));
+            let mut mask = !low_bits(outside.to_bitmask()) & u16::MAX >> (16 - self.pixels_of_box);
+            if !seen_whole {
+                mask &= self.seen(0, window);
+            }
+            self.masks[0] = mask;
+            return (mask.count_ones().into(), runs_of(mask, columns).into());
+        }
         let (at_a, at_b, at_c) =
             (a.lanes(simd, columns), b.lanes(simd, columns), c.lanes(simd, columns));
         let (mut pixels, mut spans, mut row) = (0, 0, 0);
@@ -150,8 +148,7 @@ impl Patches {
             }
             self.masks[i] = mask;
             pixels += mask.count_ones();
-            // A row's run begins where the lane before is not set, or is in the row above.
-            spans += (mask & !(mask << 1 & !FIRST_LANES[columns])).count_ones();
+            spans += runs_of(mask, columns);
             row += i32::from(self.rows);
         }
         (pixels.into(), spans.into())
@@ -209,37 +206,40 @@ impl Patches {
 /// An edge function, over a pixel's side: not negative at the centres on the inner side. Of a
 /// triangle that has patches, no number here reaches 2^30.
 #[derive(Clone, Copy, Debug)]
-struct Edge {
+pub(crate) struct Edge {
     /// At the first pixel's centre, rounded down.
-    start: i32,
+    pub(crate) start: i32,
     /// A column to the right, a row down: 16 fraction bits.
-    step_x: i32,
-    step_y: i32,
+    pub(crate) step_x: i32,
+    pub(crate) step_y: i32,
 }
 
 impl Edge {
-    /// From `p` to `q`, with the inside on the left where y points down.
-    #[inline(always)]
-    fn new([px, py]: [i32; 2], [qx, qy]: [i32; 2]) -> Self {
-        let (dx, dy) = (qx - px, qy - py);
-        // On the edge itself: is a point a hair to the right, and a hair's hair below, inside?
-        let owns = dy < 0 || dy == 0 && dx > 0;
-        let (across, down) = (i64::from(dy) * i64::from(px), i64::from(dx) * i64::from(py));
-        let start = across - down - i64::from(!owns);
-        #[expect(clippy::cast_possible_truncation, reason = "below 2^30")]
-        let start = (start >> Subpixel::FRACTION_BITS) as i32;
-        Self { start, step_x: -dy, step_y: dx }
-    }
-
     /// At the lanes of a patch of so many columns that begins with the first pixel.
     #[inline(always)]
     fn lanes<S: Simd>(self, simd: S, columns: usize) -> i32x16<S> {
-        let across = i32x16::from_slice(simd, &LANE_COLUMNS[columns]);
-        let down = i32x16::from_slice(simd, &LANE_ROWS_DOWN[columns]);
-        i32x16::splat(simd, self.start)
-            + i32x16::splat(simd, self.step_x) * across
-            + i32x16::splat(simd, self.step_y) * down
+        let across = i32x16::load_array_ref(simd, &LANE_COLUMNS[columns]);
+        let down = i32x16::load_array_ref(simd, &LANE_ROWS_DOWN[columns]);
+        across * self.step_x + down * self.step_y + self.start
     }
+
+    /// The same at the first half of them.
+    #[inline(always)]
+    fn half<S: Simd>(self, simd: S, columns: usize) -> i32x8<S> {
+        let across = i32x8::from_slice(simd, &LANE_COLUMNS[columns][..BLOCK / 2]);
+        let down = i32x8::from_slice(simd, &LANE_ROWS_DOWN[columns][..BLOCK / 2]);
+        across * self.step_x + down * self.step_y + self.start
+    }
+}
+
+/// The lanes of a half of a patch.
+const HALF: u32 = BLOCK as u32 / 2;
+
+/// How many runs of pixels of a row `mask` has, of a patch of so many columns.
+#[inline(always)]
+fn runs_of(mask: u16, columns: usize) -> u32 {
+    // One begins where the lane before is not set, or is in the row above.
+    (mask & !(mask << 1 & !FIRST_LANES[columns])).count_ones()
 }
 
 /// For each number of columns: how many whole rows 16 lanes hold.

@@ -11,7 +11,7 @@ use core::ops::Range;
 use fearless_simd::{Simd as Level, SimdBase, SimdMask, dispatch, f64x4};
 use glam::DMat4;
 
-use crate::fixed::Subpixel;
+use crate::fixed::{Subpixel, WHOLE, whole_of};
 use crate::simd::Simd;
 use crate::space::{DepthRange, Viewport};
 
@@ -120,9 +120,6 @@ pub(crate) struct Constants {
 #[cfg(feature = "parallel")]
 const MOST_AT_ONCE: usize = 1 << 13;
 
-/// The sum with it has no room for a fraction, and its low bits are the nearest whole number.
-const WHOLE: f64 = 6_755_399_441_055_744.0;
-
 impl Constants {
     pub(crate) fn new(viewport: Viewport) -> Self {
         let ([half_w, half_h], [centre_x, centre_y]) = (viewport.half_size(), viewport.centre());
@@ -200,15 +197,8 @@ impl Constants {
         let snapped = (framebuffer * f64x4::splat(simd, self.steps) + whole - whole)
             * f64x4::splat(simd, self.step);
         let sums: [f64; 4] = (snapped - f64x4::load_array_ref(simd, &self.corner) + whole).into();
-        PlacedVertex { bits: [low_half(sums[0]), low_half(sums[1])], within }
+        PlacedVertex { bits: [whole_of(sums[0]), whole_of(sums[1])], within }
     }
-}
-
-/// The whole number that `sum` is with [`WHOLE`].
-#[expect(clippy::cast_possible_truncation, reason = "the low half")]
-#[inline(always)]
-fn low_half(sum: f64) -> i32 {
-    (sum.to_bits() as u32).cast_signed()
 }
 
 #[cfg(test)]

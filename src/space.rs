@@ -7,6 +7,8 @@
 //!    y up                              v y
 //! ```
 
+use core::ops::{Add, Mul};
+
 use crate::error::Error;
 
 /// A position in clip space as an array (x, y, z, w): anything that can be widened to `f64`
@@ -60,10 +62,13 @@ pub enum DepthRange {
 impl DepthRange {
     /// What over w is depth.
     #[inline(always)]
-    pub(crate) fn numerator(self, [_, _, z, w]: [f64; 4]) -> f64 {
+    pub(crate) fn numerator<F>(self, [_, _, z, w]: [F; 4]) -> F
+    where
+        F: Add<Output = F> + Mul<f64, Output = F>,
+    {
         match self {
             Self::ZeroToOne => z,
-            Self::MinusOneToOne => (z + w) / 2.0,
+            Self::MinusOneToOne => (z + w) * 0.5,
         }
     }
 }

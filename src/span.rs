@@ -78,6 +78,13 @@ impl<S: Simd> InPatch<S> {
         }
     }
 
+    /// The lanes of the first half of `patch`, twice: what is computed from them is computed once.
+    #[inline(always)]
+    pub(crate) fn of_half(simd: S, patch: Patch, anchor: [i32; 2]) -> Self {
+        let Self { us, vs } = Self::new(simd, patch, anchor);
+        Self { us: us.first_half(), vs: vs.first_half() }
+    }
+
     /// `function` at the lanes.
     #[inline(always)]
     pub(crate) fn at(self, simd: S, function: Linear) -> Wide<S> {

@@ -107,6 +107,12 @@ impl<'a, P: Copy> Plane<'a, P> {
         &self.data[start..start + self.width as usize]
     }
 
+    /// A pixel, for those who keep the bounds true themselves.
+    #[inline(always)]
+    pub(crate) fn tested_pixel_mut(&mut self, x: u32, y: u32) -> Option<&mut P> {
+        self.data.get_mut(y as usize * self.stride + x as usize)
+    }
+
     /// Row `y`, below the height: `width` pixels.
     #[inline(always)]
     pub fn row_mut(&mut self, y: u32) -> &mut [P] {
@@ -126,7 +132,7 @@ impl<'a, P: Copy> Plane<'a, P> {
     /// Sets a pixel, for those who keep the bounds true themselves.
     #[inline(always)]
     pub(crate) fn set_tested(&mut self, x: u32, y: u32, pixel: P) {
-        if let Some(to) = self.data.get_mut(y as usize * self.stride + x as usize) {
+        if let Some(to) = self.tested_pixel_mut(x, y) {
             *to = pixel;
         }
     }

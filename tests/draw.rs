@@ -7,10 +7,10 @@ use hyperspan::batch::{Batch, Mesh};
 use hyperspan::depth::{Compare, DepthBounds, DepthTest};
 use hyperspan::draw::{Call, Canvas, Frame, Polygons, Screen, With};
 use hyperspan::placed::Placed;
-use hyperspan::polygon::Vertex;
+use hyperspan::polygon::{Polygon, Vertex};
 use hyperspan::shade::{BLOCK, Block, Inputs, Shader};
 use hyperspan::simd::Simd;
-use hyperspan::space::Viewport;
+use hyperspan::space::{DepthRange, Viewport};
 use hyperspan::target::Plane;
 use hyperspan::tiler::{Cull, Precision, Tiler};
 use oracle::shapes::{Tally, check};
@@ -239,6 +239,147 @@ fn draw_calls(frame: &mut Frame, screen: Colours<'_>, calls: &Calls) {
     let list: Vec<_> = calls.iter().map(call).collect();
     let list: Vec<&dyn Call<Colours<'_>>> = list.iter().map(|call| &**call).collect();
     frame.draw(screen, &list);
+}
+
+/// A small triangle: polygons of a batch need not have as many attributes.
+#[derive(Clone, Debug)]
+struct Small {
+    positions: [[f64; 4]; 3],
+    attributes: [[f32; 3]; 3],
+    count: usize,
+}
+
+impl Polygon for Small {
+    fn len(&self) -> usize {
+        3
+    }
+
+    fn attribute_count(&self) -> usize {
+        self.count
+    }
+
+    fn position(&self, i: usize) -> [f64; 4] {
+        self.positions[i]
+    }
+
+    fn attribute(&self, i: usize, k: usize) -> f32 {
+        self.attributes[i][k]
+    }
+}
+
+/// Small triangles with much that is unusual: corners one above the other, depths and w of all sizes or
+/// the same all over, attributes that are the same, zeros of both signs, tiny, huge or no numbers.
+fn small() -> impl Strategy<Value = Small> {
+    let place = (-0.9..0.9_f64, -0.9..0.9_f64);
+    let step = prop_oneof![1 => Just(0.0), 4 => -0.03..0.03_f64];
+    let depth = prop_oneof![Just(0.0), Just(0.3), 0.0..1.0_f64, 0.0..1e-7_f64, Just(1e-38)];
+    let w = prop_oneof![6 => Just(1.0), 6 => 0.5..2.0_f64, 1 => Just(1e-25), 1 => Just(1e25)];
+    let corner = ([step.clone(), step], depth, prop_oneof![Just(1.0), 0.9..1.1_f64]);
+    let usual = prop_oneof![Just(0.5_f32), -9.0..9.0_f32];
+    let odd =
+        prop::sample::select(vec![-0.0_f32, 0.0, 1e-40, 1e-30, 3e38, f32::INFINITY, f32::NAN]);
+    let attribute = prop_oneof![Just(None), Just(Some(3_usize)), (0..3_usize).prop_map(Some)];
+    let values = prop::collection::vec((prop_oneof![9 => usual, 1 => odd], attribute), 9);
+    let corners = prop::collection::vec(corner, 3);
+    let count = prop_oneof![8 => Just(2_usize), 1 => 0..4_usize];
+    (place, w, corners, values, any::<bool>(), count).prop_map(
+        |((x, y), w, corners, values, level, count)| {
+            let positions = [0, 1, 2].map(|i| {
+                let ([dx, dy], z, dw) = corners[i];
+                let (z, w) = if level { (corners[0].1, w) } else { (z, w * dw) };
+                [(x + dx) * w, (y + dy) * w, z * w, w]
+            });
+            // Now and then that of another corner.
+            let attributes = [0, 1, 2].map(|i| {
+                [0, 1, 2].map(|k| match values[3 * i + k] {
+                    (_, Some(from)) if from < 3 => values[3 * from + k].0,
+                    (value, _) => value,
+                })
+            });
+            Small { positions, attributes, count }
+        },
+    )
+}
+
+/// P3: small triangles that are set up together are what they are alone.
+#[test]
+fn draw_lists_of_small_triangles_of_any_kind() {
+    let strategy = (
+        prop::collection::vec(small(), 1..120),
+        depth_tests(),
+        prop::sample::select(vec![Cull::None, Cull::Back, Cull::Front]),
+        any::<bool>(),
+    );
+    let (seen, exactly) = (Tally::default(), Tally::default());
+    let cases = check(file!(), "small_of_any_kind", 150, &strategy, |case| {
+        let (triangles, test, cull, minus_one) = case;
+        for (name, simd) in Simd::all() {
+            let mut viewport = Viewport::new(-3, 7, 160, 340).expect("small");
+            if minus_one {
+                viewport = viewport.with_depth_range(DepthRange::MinusOneToOne);
+            }
+            let mut tiler = Tiler::new(viewport);
+            tiler.set_origin(2, 11).set_depth_test(test).set_cull(cull).set_simd(simd);
+            let area = (SIZE[0] * SIZE[1]) as usize;
+            let (mut picture, mut depths) = (vec![[0; 3]; area], vec![0.5_f32; area]);
+            let mut target = Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size");
+            let mut depth = Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size");
+            let mut shader = Three::default();
+            for (i, triangle) in triangles.iter().enumerate() {
+                shader.start(i);
+                tiler.draw(triangle, &mut shader, &mut target, Some(&mut depth));
+            }
+            let (expected, stats) = (bits((picture, depths)), tiler.stats());
+            seen.add(usize::from(stats.pixels_shaded > 20));
+            exactly.add(usize::from(stats.exact_values > 0));
+            let mut frame = Frame::new(tiler);
+            for (threads, bounded) in [(1, false), (1, true), (2, true)] {
+                let (mut picture, mut depths) = (vec![[0; 3]; area], vec![0.5_f32; area]);
+                let mut bounds = DepthBounds::new();
+                let mut depth = Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size");
+                if bounded {
+                    depth = depth.with_bounds(&mut bounds);
+                }
+                let target = Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size");
+                let screen = Screen { target, depth: Some(depth), clear: None };
+                frame.set_parallel(threads > 1);
+                let call = Polygons::new(triangles.as_slice(), With(Three::default()));
+                pool(threads).install(|| frame.draw(screen, &[&call]));
+                prop_assert!(bits((picture, depths)) == expected, "{}, {} threads", name, threads);
+                if !bounded {
+                    prop_assert_eq!(frame.stats().constant_w, stats.constant_w);
+                    prop_assert_eq!(frame.stats().exact_values, stats.exact_values);
+                }
+            }
+        }
+        Ok(())
+    });
+    seen.report("lists that are seen", cases);
+    exactly.report("lists with values found exactly", cases / 8);
+}
+
+/// The polygon's number and the bits of up to three attributes.
+#[derive(Clone, Debug, Default)]
+struct Three(u32);
+
+impl Shader for Three {
+    type Pixel = [u32; 3];
+    const INPUTS: Inputs = Inputs::attributes(3);
+    const KEEPS_ALL: bool = true;
+
+    fn start(&mut self, i: usize) {
+        self.0 = u32::try_from(i).expect("few polygons");
+    }
+
+    fn shade(&mut self, block: &Block<'_>, out: &mut [[u32; 3]; BLOCK]) -> u16 {
+        for (lane, pixel) in out.iter_mut().enumerate() {
+            *pixel = [self.0; 3];
+            for (part, lanes) in pixel.iter_mut().zip(block.attributes) {
+                *part = part.wrapping_mul(31).wrapping_add(lanes[lane].to_bits());
+            }
+        }
+        u16::MAX
+    }
 }
 
 /// All in few rows: then bands are cut into parts. On every instruction set.

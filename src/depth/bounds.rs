@@ -71,6 +71,19 @@ impl Tile {
         self.wait == 0 && compare.may_fail_all(depths, self.depths)
     }
 
+    /// About `count` pixels may have been written, with `depths` that passed `compare`.
+    #[inline(always)]
+    pub(crate) fn widen(&mut self, depths: [f32; 2], compare: Compare, count: u64) {
+        // What passed against a stored depth may be bounded by that.
+        if compare.lowers() && depths[0] < self.depths[0] {
+            self.depths[0] = depths[0];
+        }
+        if compare.raises() && depths[1] > self.depths[1] {
+            self.depths[1] = depths[1];
+        }
+        self.wait = self.wait.saturating_sub(u32::try_from(count).unwrap_or(u32::MAX));
+    }
+
     /// They were looked at: whether that `hid` what was asked for.
     #[inline(always)]
     pub(crate) fn looked(&mut self, depths: [f32; 2], hid: bool) {
@@ -184,14 +197,8 @@ impl<'a> TileRows<'a> {
         compare: Compare,
         count: u64,
     ) {
-        let Some(tile) = self.tile_mut(place) else { return };
-        // What passed against a stored depth may be bounded by that.
-        if compare.lowers() && depths[0] < tile.depths[0] {
-            tile.depths[0] = depths[0];
+        if let Some(tile) = self.tile_mut(place) {
+            tile.widen(depths, compare, count);
         }
-        if compare.raises() && depths[1] > tile.depths[1] {
-            tile.depths[1] = depths[1];
-        }
-        tile.wait = tile.wait.saturating_sub(u32::try_from(count).unwrap_or(u32::MAX));
     }
 }

@@ -40,7 +40,7 @@ struct Run {
 }
 
 /// A polygon in a band.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Entry {
     /// In its chunk.
     pub(crate) polygon: usize,

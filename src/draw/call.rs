@@ -4,11 +4,12 @@ use core::ops::Range;
 
 use fearless_simd::dispatch;
 
-use super::bins::{Bins, Entries};
+use super::bins::{Bins, Entries, Entry};
 use super::canvas::{Canvas, Paint};
 use super::occlude::{Limits, Role, Surveying};
 use crate::batch::Batch;
 use crate::depth::Occluders;
+use crate::number::EIGHT;
 use crate::shade::Shader;
 use crate::space::PixelRect;
 use crate::stats::{FaceCount, Outcome, Stats};
@@ -16,6 +17,7 @@ use crate::subnormal;
 use crate::target::{DepthBuffer, Target};
 use crate::tiler::Tiler;
 use crate::tiler::keep::{Keep, Kept};
+use crate::tiler::small::{BUNCH, Several};
 
 /// Polygons that are drawn in the same way on canvases of the type `C`; [`Polygons`] is one.
 pub trait Call<C: Canvas>: Sync {
@@ -128,6 +130,44 @@ impl<B: Batch, P> Polygons<B, P> {
     }
 }
 
+/// Polygons of a batch, from the first on.
+struct Run<'a, B: ?Sized> {
+    batch: &'a B,
+    first: usize,
+}
+
+impl<B: Batch + ?Sized> Several for Run<'_, B> {
+    type Polygon<'p>
+        = B::Polygon<'p>
+    where
+        Self: 'p;
+
+    #[inline(always)]
+    fn polygon(&self, k: usize) -> B::Polygon<'_> {
+        self.batch.polygon(self.first + k)
+    }
+}
+
+/// Polygons of a chunk of a batch that were sorted.
+struct Sorted<'a, B: ?Sized> {
+    batch: &'a B,
+    /// Of the chunk.
+    first: usize,
+    entries: &'a [Entry],
+}
+
+impl<B: Batch + ?Sized> Several for Sorted<'_, B> {
+    type Polygon<'p>
+        = B::Polygon<'p>
+    where
+        Self: 'p;
+
+    #[inline(always)]
+    fn polygon(&self, k: usize) -> B::Polygon<'_> {
+        self.batch.polygon(self.first + self.entries[k].polygon)
+    }
+}
+
 impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
     fn len(&self) -> usize {
         self.batch.len()
@@ -175,13 +215,18 @@ impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
             while next < end {
                 let seen = self.seen(next, end, tiler.stats_mut(), &mut faces);
                 next = seen.end;
-                for i in seen {
-                    let polygon = self.batch.polygon(i);
-                    shader.start(i);
-                    let outcome = tiler.draw_sorted(
-                        simd, &polygon, window, &mut shader, &mut target, depth.as_mut(),
-                    );
-                    faces.count(tiler.stats_mut(), outcome, self.batch.continues(i));
+                for first in seen.clone().step_by(BUNCH) {
+                    let count = BUNCH.min(seen.end - first);
+                    let polygons = Run { batch: &self.batch, first };
+                    tiler.look_at::<EIGHT, _, _>(simd, &polygons, count, window);
+                    for k in 0..count {
+                        shader.start(first + k);
+                        let outcome = tiler.draw_next::<EIGHT, _, _, _, _>(
+                            simd, &polygons, k, window, &mut shader, &mut target, depth.as_mut(),
+                        );
+                        let continues = self.batch.continues(first + k);
+                        faces.count(tiler.stats_mut(), outcome, continues);
+                    }
                 }
             }
         });
@@ -203,12 +248,20 @@ impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
             while next < end {
                 let seen = self.seen(next, end, tiler.stats_mut(), &mut faces);
                 next = seen.end;
-                for i in seen {
-                    let (outcome, rows) = tiler.sort(simd, &self.batch.polygon(i), window, occluders);
-                    if let Some(rows) = rows {
-                        bins.add(i - polygons.start, rows);
+                for first in seen.clone().step_by(EIGHT) {
+                    let count = EIGHT.min(seen.end - first);
+                    let eight = Run { batch: &self.batch, first };
+                    tiler.look_from_outside::<EIGHT, _, _>(simd, &eight, 0..count, window);
+                    for lane in 0..count {
+                        let i = first + lane;
+                        let polygon = self.batch.polygon(i);
+                        let (outcome, rows) =
+                            tiler.sort_next(simd, &polygon, lane, window, occluders);
+                        if let Some(rows) = rows {
+                            bins.add(i - polygons.start, rows);
+                        }
+                        faces.count(tiler.stats_mut(), outcome, self.batch.continues(i));
                     }
-                    faces.count(tiler.stats_mut(), outcome, self.batch.continues(i));
                 }
             }
         });
@@ -219,27 +272,42 @@ impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
         let (mut shader, mut target, mut depth) = self.paint.open(canvas);
         let window = tiler.window(target.size(), depth.as_ref());
         dispatch!(tiler.simd().0, simd => {
-            for entry in entries {
-                let i = first + entry.polygon;
-                let polygon = self.batch.polygon(i);
-                shader.start(i);
-                let Stats { clipped, constant_w, .. } = *tiler.stats_mut();
-                if let Some((number, last_band)) = entry.kept {
-                    let kept = Kept { number: first_kept + number, last_band };
-                    let known = (&mut *keep, kept, band);
-                    tiler.draw_kept(
-                        &polygon, window, known, &mut shader, &mut target, depth.as_mut(),
-                    );
-                } else {
-                    tiler.draw_sorted(
-                        simd, &polygon, window, &mut shader, &mut target, depth.as_mut(),
-                    );
+            let mut entries = entries;
+            let mut some = [Entry::default(); BUNCH];
+            loop {
+                let mut count = 0;
+                for (place, entry) in some.iter_mut().zip(&mut entries) {
+                    *place = entry;
+                    count += 1;
                 }
-                // A polygon counts once: what was clipped, when it was sorted.
-                let stats = tiler.stats_mut();
-                stats.clipped = clipped;
-                if !(entry.is_first_band && is_top) || i > 0 && self.batch.continues(i) {
-                    stats.constant_w = constant_w;
+                if count == 0 {
+                    break;
+                }
+                let some = &some[..count];
+                let polygons = Sorted { batch: &self.batch, first, entries: some };
+                tiler.look_at::<EIGHT, _, _>(simd, &polygons, count, window);
+                for (k, entry) in some.iter().enumerate() {
+                    let i = first + entry.polygon;
+                    shader.start(i);
+                    let Stats { clipped, constant_w, .. } = *tiler.stats_mut();
+                    if let Some((number, last_band)) = entry.kept {
+                        let kept = Kept { number: first_kept + number, last_band };
+                        let known = (&mut *keep, kept, band);
+                        let polygon = self.batch.polygon(i);
+                        tiler.draw_kept(
+                            &polygon, window, known, &mut shader, &mut target, depth.as_mut(),
+                        );
+                    } else {
+                        tiler.draw_next::<EIGHT, _, _, _, _>(
+                            simd, &polygons, k, window, &mut shader, &mut target, depth.as_mut(),
+                        );
+                    }
+                    // A polygon counts once: what was clipped, when it was sorted.
+                    let stats = tiler.stats_mut();
+                    stats.clipped = clipped;
+                    if !(entry.is_first_band && is_top) || i > 0 && self.batch.continues(i) {
+                        stats.constant_w = constant_w;
+                    }
                 }
             }
         });

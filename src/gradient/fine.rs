@@ -7,7 +7,7 @@
 
 use fearless_simd::{Simd, SimdBase, f64x4};
 
-use super::frame::{Anchor, Bounded, EVALUATION_ERROR, Linear, Reach, SECOND_ORDER, U};
+use super::frame::{Anchor, Bounded, EVALUATION_ERROR, Linear, Projection, Reach, SECOND_ORDER, U};
 use super::nearest_f32;
 use super::twofold::{Twofold, Twofolds};
 use crate::fixed::power_of_two;
@@ -96,7 +96,7 @@ impl FineFrame {
         triple: [[f64; 4]; 3],
         reach: Reach,
     ) -> Self {
-        let Anchor { half, offset, .. } = *anchor;
+        let Projection { half, offset } = anchor.projection;
         let scale = f64x4::load_array_ref(simd, &[half[0], -half[1], 1.0, 0.0]);
         let shift = f64x4::load_array_ref(simd, &[offset[0], offset[1], 0.0, 0.0]);
         let [a, b, c] = &triple;

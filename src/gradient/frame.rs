@@ -18,6 +18,7 @@
 
 use super::triple::{cross, exact_cross, sub};
 use crate::exact::Dyadic;
+use crate::number::Number;
 use crate::space::Viewport;
 
 /// The rounding of `f64`.
@@ -52,10 +53,18 @@ const TINY: f64 = 1e-270;
 /// A linear function of the pixel `u` columns and `v` rows from the anchor: (c + y v) + x u, in
 /// this order, so that the value at a pixel is the same by every path.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Linear {
-    pub(crate) x: f64,
-    pub(crate) y: f64,
-    pub(crate) c: f64,
+pub(crate) struct Linear<F = f64> {
+    pub(crate) x: F,
+    pub(crate) y: F,
+    pub(crate) c: F,
+}
+
+impl<F: Number> Linear<F> {
+    /// Times `scale`, each coefficient rounded.
+    #[inline(always)]
+    pub(crate) fn scaled(self, scale: F) -> Self {
+        Self { x: self.x * scale, y: self.y * scale, c: self.c * scale }
+    }
 }
 
 impl Linear {
@@ -63,12 +72,6 @@ impl Linear {
     #[inline(always)]
     pub(crate) fn row(&self, v: f64) -> f64 {
         self.c + self.y * v
-    }
-
-    /// Times `scale`, each coefficient rounded.
-    #[inline(always)]
-    pub(crate) fn scaled(self, scale: f64) -> Self {
-        Self { x: self.x * scale, y: self.y * scale, c: self.c * scale }
     }
 
     /// The sum of the terms' greatest magnitudes within `reach`.
@@ -110,38 +113,66 @@ impl Reach {
     }
 }
 
-/// Where pixel offsets count from, and how they become (X, Y, w).
+/// How clip positions become (X, Y, w).
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Projection<F = f64> {
+    pub(super) half: [f64; 2],
+    /// From the anchor's centre to the viewport's, in pixels: exact.
+    pub(super) offset: [F; 2],
+}
+
+impl<F: Number> Projection<F> {
+    /// Around the centre of the pixel at these columns and rows of the framebuffer.
+    #[inline(always)]
+    pub(crate) fn new(viewport: Viewport, [column, row]: [F; 2]) -> Self {
+        let [x, y] = viewport.centre();
+        let offset = [column.like(x) - column - 0.5, row.like(y) - row - 0.5];
+        Self { half: viewport.half_size(), offset }
+    }
+
+    /// The two terms of X and those of Y, of a clip position.
+    #[inline(always)]
+    fn terms(&self, [x, y, _, w]: [F; 4]) -> [[F; 2]; 2] {
+        let [half_w, half_h] = self.half;
+        [[x * half_w, w * self.offset[0]], [y * -half_h, w * self.offset[1]]]
+    }
+
+    /// (X, Y, w) of a clip position.
+    #[inline(always)]
+    fn project(&self, position: [F; 4]) -> [F; 3] {
+        let [[x, dx], [y, dy]] = self.terms(position);
+        [x + dx, y + dy, position[3]]
+    }
+}
+
+/// Where pixel offsets count from.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Anchor {
     /// The framebuffer column and row.
     pub(crate) pixel: [i32; 2],
-    pub(super) half: [f64; 2],
-    /// From the anchor's centre to the viewport's, in pixels: exact.
-    pub(super) offset: [f64; 2],
+    pub(super) projection: Projection,
 }
 
 impl Anchor {
     #[inline(always)]
     pub(crate) fn new(viewport: Viewport, pixel: [i32; 2]) -> Self {
-        let centre = viewport.centre();
-        let offset = [centre[0] - f64::from(pixel[0]) - 0.5, centre[1] - f64::from(pixel[1]) - 0.5];
-        Self { pixel, half: viewport.half_size(), offset }
+        let [column, row] = pixel;
+        Self { pixel, projection: Projection::new(viewport, [column.into(), row.into()]) }
     }
 
     /// (X, Y, w) of a clip position, and the magnitudes that X and Y are made of.
     #[inline(always)]
-    fn project(&self, [x, y, _, w]: [f64; 4]) -> ([f64; 3], [f64; 2]) {
-        let (x, y) = (x * self.half[0], -y * self.half[1]);
-        let (dx, dy) = (w * self.offset[0], w * self.offset[1]);
-        ([x + dx, y + dy, w], [x.abs() + dx.abs(), y.abs() + dy.abs()])
+    fn project(&self, position: [f64; 4]) -> ([f64; 3], [f64; 2]) {
+        let [[x, dx], [y, dy]] = self.projection.terms(position);
+        ([x + dx, y + dy, position[3]], [x.abs() + dx.abs(), y.abs() + dy.abs()])
     }
 
     /// (X, Y, w) without error.
     fn project_exactly(&self, [x, y, _, w]: [f64; 4]) -> [Dyadic; 3] {
         let [x, y, w] = [x, -y, w].map(Dyadic::from_f64);
         let along = |c: &Dyadic, k: usize| {
-            let scaled = c.mul(&Dyadic::from_f64(self.half[k]));
-            scaled.add(&w.mul(&Dyadic::from_f64(self.offset[k])))
+            let Projection { half, offset } = self.projection;
+            c.mul(&Dyadic::from_f64(half[k])).add(&w.mul(&Dyadic::from_f64(offset[k])))
         };
         [along(&x, 0), along(&y, 1), w.clone()]
     }
@@ -149,46 +180,49 @@ impl Anchor {
 
 /// The weights of a triple's vertices, times det, in `f64`.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Plane {
+pub(crate) struct Plane<F = f64> {
     /// det/w.
-    pub(crate) q: Linear,
+    pub(crate) q: Linear<F>,
     /// det times the weight of b, and of c.
-    weights: [Linear; 2],
-    pub(crate) det: f64,
+    weights: [Linear<F>; 2],
+    pub(crate) det: F,
 }
 
-impl Plane {
+impl<F: Number> Plane<F> {
     /// Of a triple whose errors are of no interest.
     #[inline(always)]
-    pub(crate) fn new(anchor: &Anchor, triple: [[f64; 4]; 3]) -> Self {
-        let [a, b, c] = triple;
-        let (a, b, c) = (anchor.project(a).0, anchor.project(b).0, anchor.project(c).0);
+    pub(crate) fn new(projection: &Projection<F>, [a, b, c]: [[F; 4]; 3]) -> Self {
+        let (a, b, c) = (projection.project(a), projection.project(b), projection.project(c));
         Self::of(a, sub(b, a), sub(c, a))
     }
 
     /// Of a and the edges to b and c.
     #[inline(always)]
-    fn of(a: [f64; 3], to_b: [f64; 3], to_c: [f64; 3]) -> Self {
-        let linear = |[x, y, c]: [f64; 3]| Linear { x, y, c };
+    fn of(a: [F; 3], to_b: [F; 3], to_c: [F; 3]) -> Self {
         let q = cross(to_b, to_c);
         Self {
-            q: linear(q),
-            weights: [linear(cross(to_c, a)), linear(cross(a, to_b))],
+            q: Linear::from(q),
+            weights: [Linear::from(cross(to_c, a)), Linear::from(cross(a, to_b))],
             det: a[0] * q[0] + a[1] * q[1] + a[2] * q[2],
         }
     }
 
     /// `base` det/w + `b` lambda_b det + `c` lambda_c det.
     #[inline(always)]
-    pub(crate) fn combine(&self, [base, b, c]: [f64; 3]) -> Linear {
-        let [wb, wc] = &self.weights;
-        let q = &self.q;
-        let combined = |q: f64, wb: f64, wc: f64| base * q + (b * wb + c * wc);
+    pub(crate) fn combine(&self, [base, b, c]: [F; 3]) -> Linear<F> {
+        let ([wb, wc], q) = (&self.weights, &self.q);
         Linear {
-            x: combined(q.x, wb.x, wc.x),
-            y: combined(q.y, wb.y, wc.y),
-            c: combined(q.c, wb.c, wc.c),
+            x: base * q.x + (b * wb.x + c * wc.x),
+            y: base * q.y + (b * wb.y + c * wc.y),
+            c: base * q.c + (b * wb.c + c * wc.c),
         }
+    }
+}
+
+impl<F> From<[F; 3]> for Linear<F> {
+    #[inline(always)]
+    fn from([x, y, c]: [F; 3]) -> Self {
+        Self { x, y, c }
     }
 }
 

@@ -16,7 +16,8 @@ mod attribute;
 mod derived;
 pub(crate) mod enclosure;
 mod value;
-pub(crate) mod view;
+mod view;
+pub(crate) mod small;
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -103,6 +104,19 @@ pub(crate) enum ConstantAlong {
     Polygon,
     Row,
     Column,
+}
+
+impl ConstantAlong {
+    /// Of a Q that does not change along rows, or along columns.
+    #[inline(always)]
+    pub(crate) fn of(rows: bool, columns: bool) -> Self {
+        match (rows, columns) {
+            (true, true) => Self::Polygon,
+            (true, false) => Self::Row,
+            (false, true) => Self::Column,
+            (false, false) => Self::Nothing,
+        }
+    }
 }
 
 /// A polygon's attributes, whatever holds them: so that what comes after is compiled once.
@@ -339,7 +353,7 @@ impl Gradients {
         (self.q, self.det, self.least_q) = (q, det, least_q);
         self.unit = power_of_two(-exponent_of(least_q).unwrap_or(0)).copysign(det);
         self.unit_q = q.scaled(self.unit);
-        self.constant = constant_along(q);
+        self.constant = ConstantAlong::of(q.x == 0.0, q.y == 0.0);
     }
 
     /// The plane without the errors of `f64`, but for a rounding of each coefficient.
@@ -394,17 +408,6 @@ impl Gradients {
             + self.values.capacity() * size_of::<f32>()
             + self.places.bytes()
             + self.framebuffer_places.bytes()
-    }
-}
-
-/// Along what a Q of these slopes does not change.
-#[inline(always)]
-fn constant_along(q: Linear) -> ConstantAlong {
-    match (q.x == 0.0, q.y == 0.0) {
-        (true, true) => ConstantAlong::Polygon,
-        (true, false) => ConstantAlong::Row,
-        (false, true) => ConstantAlong::Column,
-        (false, false) => ConstantAlong::Nothing,
     }
 }
 

@@ -7,6 +7,7 @@ use super::Attributes;
 use super::twofold::{TWOFOLD_ERROR, Twofold};
 use crate::exact::Dyadic;
 use crate::fixed::{exponent_of, power_of_two};
+use crate::number::Number;
 
 /// How far a vertex may be from the plane, relative to the polygon's diameter (the diagonal of
 /// its bounding box), or an attribute from the affine function, relative to its range.
@@ -30,12 +31,6 @@ pub(crate) fn choose(positions: &[[f64; 4]], attributes: &dyn Attributes) -> [us
         return from(a.unwrap_or_else(|| least(positions, attributes)));
     }
     choose_of_many(positions, attributes)
-}
-
-/// The same of a triangle, if x alone tells, as it nearly always does.
-#[inline(always)]
-pub(crate) fn choose_by_x(xs: [f64; 3]) -> Option<[usize; 3]> {
-    first_of_three(xs).map(from)
 }
 
 /// The vertices of a triangle from `a` on.
@@ -288,7 +283,7 @@ pub(crate) fn divided([x, y, _, w]: [f64; 4]) -> [f64; 3] {
 }
 
 #[inline(always)]
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(crate) fn cross<F: Number>(a: [F; 3], b: [F; 3]) -> [F; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
@@ -408,7 +403,7 @@ impl Places {
 }
 
 #[inline(always)]
-pub(crate) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(crate) fn sub<F: Number>(a: [F; 3], b: [F; 3]) -> [F; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 

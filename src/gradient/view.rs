@@ -5,11 +5,10 @@
 //! quantity is good enough, and nothing else is asked. docs/precision.md, "In view", derives the
 //! numbers.
 
-use super::frame::{Anchor, Linear, Plane, Reach, U};
-use super::{
-    ConstantAlong, FITS, Field, Gradients, Plain, Subject, TRUSTED, WITHIN_ULP, constant_along,
-};
-use crate::fixed::{exponent_of, power_of_two};
+use super::frame::{Linear, Plane, Projection, U};
+use super::{FITS, Field, Gradients, Plain, Subject, TRUSTED, WITHIN_ULP, nearest_f32};
+use crate::fixed::power_of_two;
+use crate::number::Number;
 use crate::space::Viewport;
 use crate::varying::Interpolation;
 
@@ -28,84 +27,79 @@ const DEPTH_ERRORS: [f64; 2] = [500.0 * U, 250.0 * U];
 /// Beyond this, 1/w might leave the range of `f64`.
 const LARGEST_EXPONENT: i32 = 900;
 
-/// The plane of a triangle that the one bound is good enough for.
+/// The plane of a triangle that the one bound is good enough for, or of eight.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct View {
+pub(crate) struct View<F = f64> {
     /// Q and the weights, all times det; a slope of Q that cannot be told from 0 is 0.
-    plane: Plane,
+    pub(super) plane: Plane<F>,
     /// The power of two that brings the least Q into 1..2, negative where Q is; and Q times that.
-    unit: f64,
-    pub(crate) unit_q: Linear,
-    pub(crate) constant: ConstantAlong,
+    unit: F,
+    pub(super) unit_q: Linear<F>,
     /// W^2 D S.
-    square: f64,
+    square: F,
 }
 
-impl View {
-    /// Of `corners`, whose least and greatest w are `w`; nothing if the bound is not good enough.
+impl<F: Number> View<F> {
+    /// Of `corners`, whose least and greatest w are `w` and whose pixels are `reach` columns or rows
+    /// from the anchor, at most; and whether the bound is good enough.
     #[inline(always)]
-    pub(crate) fn new(
-        anchor: &Anchor,
-        corners: [[f64; 4]; 3],
-        [w_low, w_high]: [f64; 2],
-        reach: Reach,
+    pub(super) fn new(
+        projection: &Projection<F>,
+        corners: [[F; 4]; 3],
+        [w_low, w_high]: [F; 2],
+        reach: F,
         viewport: Viewport,
-    ) -> Option<Self> {
-        let mut plane = Plane::new(anchor, corners);
-        let size = reach.u.max(reach.v) + 2.0;
+    ) -> (Self, F::Truth) {
+        let mut plane = Plane::new(projection, corners);
+        let size = reach + 2.0;
         let [half_w, half_h] = viewport.half_size();
         let view = 2.0 * half_w.max(half_h) + 1.0;
         let square = w_high * w_high * size * view;
         let det = plane.det.abs();
         let least_q = det / w_high;
 
-        let slope_error = SLOPE_ERROR * w_high * w_high * view;
-        if plane.q.x.abs() <= slope_error {
-            plane.q.x = 0.0;
-        }
-        if plane.q.y.abs() <= slope_error {
-            plane.q.y = 0.0;
-        }
+        let slope_error = w_high * SLOPE_ERROR * w_high * view;
+        plane.q.x = plane.q.x.zero_if(plane.q.x.abs().le(slope_error));
+        plane.q.y = plane.q.y.zero_if(plane.q.y.abs().le(slope_error));
         let beyond = (plane.q.x.abs() + plane.q.y.abs()) * viewport.grid().snap_reach();
-        let good = ATTRIBUTE_ERROR * square * w_high <= TRUSTED * det
-            && beyond <= least_q / 2.0
-            && w_high <= w_low * FITS;
-        let unit = power_of_two(-exponent_of(least_q).unwrap_or(0)).copysign(plane.det);
+        let good = (square * ATTRIBUTE_ERROR * w_high).le(det * TRUSTED)
+            & beyond.le(least_q * 0.5)
+            & w_high.le(w_low * FITS);
+        let unit = least_q.inverse_power(plane.det);
         let unit_q = plane.q.scaled(unit);
-        let constant = constant_along(plane.q);
-        good.then_some(Self { plane, unit, unit_q, constant, square })
+        (Self { plane, unit, unit_q, square }, good)
     }
 
     /// z/w as a linear function, of `z` at the corners, and the magnitude below which it is in doubt.
     #[inline(always)]
-    pub(crate) fn depth(&self, z: [f64; 3]) -> (Linear, f64) {
+    pub(super) fn depth(&self, z: [F; 3]) -> (Linear<F>, F) {
         let (b, c) = (z[1] - z[0], z[2] - z[0]);
-        let scale = 1.0 / self.plane.det;
+        let scale = self.plane.det.reciprocal();
         let numerator = self.plane.combine([z[0], b, c]).scaled(scale);
-        let greatest = z[0].abs().max(z[1].abs()).max(z[2].abs());
+        let greatest = z[0].abs().greater(z[1].abs()).greater(z[2].abs());
         let [by_z, by_difference] = DEPTH_ERRORS;
-        let error = self.square * (by_z * greatest + by_difference * (b.abs() + c.abs()));
+        let error = self.square * (greatest * by_z + (b.abs() + c.abs()) * by_difference);
         (numerator, error * scale.abs() * WITHIN_ULP)
     }
 
     /// The numerator over Q, times the unit, of an attribute with these values at the corners.
     #[inline(always)]
-    pub(crate) fn numerator(&self, [a, b, c]: [f64; 3]) -> Linear {
+    pub(super) fn numerator(&self, [a, b, c]: [F; 3]) -> Linear<F> {
         self.plane.combine([a, b - a, c - a]).scaled(self.unit)
     }
 }
 
-/// Least and greatest of an attribute's three values, if it is what attributes usually are:
-/// finite, not the same all over, and of a magnitude that fits.
+/// Least and greatest of an attribute's three values, and whether it is what attributes usually are:
+/// finite, not the same all over, and of a magnitude that fits. No zero in it is negative.
 #[inline(always)]
-pub(crate) fn usual_range([p, q, r]: [f32; 3]) -> Option<[f32; 2]> {
-    let (low, high) = if p < q { (p, q) } else { (q, p) };
-    let low = if r < low { r } else { low };
-    let high = if r > high { r } else { high };
+pub(super) fn usual_range<F: Number>([p, q, r]: [F; 3]) -> ([F; 2], F::Truth) {
+    let low = p.lesser(q).lesser(r);
+    let high = p.greater(q).greater(r);
     // What is no number makes no number of this.
-    let finite = p * 0.0 + q * 0.0 + r * 0.0 == 0.0;
-    let magnitude = f64::from(if -low > high { -low } else { high });
-    (finite && low < high && super::fits(magnitude)).then_some([low + 0.0, high + 0.0])
+    let finite = (p * 0.0 + q * 0.0 + r * 0.0).eq(p.like(0.0));
+    let magnitude = low.abs().greater(high.abs());
+    let fits = p.like(1.0 / FITS).le(magnitude) & magnitude.lt(p.like(FITS));
+    ([low + 0.0, high + 0.0], finite & low.lt(high) & fits)
 }
 
 impl Gradients {
@@ -116,9 +110,11 @@ impl Gradients {
             return false;
         }
         let (w, viewport) = (subject.clipped_w, subject.viewport);
-        let Some(view) = View::new(&self.anchor, self.corners, w, self.reach, viewport) else {
+        let reach = self.reach.u.max(self.reach.v);
+        let (view, good) = View::new(&self.anchor.projection, self.corners, w, reach, viewport);
+        if !good {
             return false;
-        };
+        }
         let det = view.plane.det;
         self.q_error = PLANE_ERROR * view.square;
         self.det_relative_error = PLANE_ERROR * view.square * w[1] / det.abs();
@@ -142,10 +138,11 @@ impl Gradients {
     /// Attribute `k`, if it is usual and has perspective.
     #[inline(always)]
     pub(super) fn usual_in_view(&self, k: usize, subject: &Subject<'_>) -> Option<Field> {
-        let range = usual_range(*self.values_of(k, subject).first_chunk()?)?;
+        let values = self.triple_values(k, subject);
+        let (range, usual) = usual_range(values);
         let over_w = subject.interpolation_of(k) == Interpolation::Perspective;
-        let numerator = self.view.as_ref()?.numerator(self.triple_values(k, subject));
-        over_w.then(|| Field::plain(numerator, true, range))
+        let numerator = self.view.as_ref()?.numerator(values);
+        (usual && over_w).then(|| Field::plain(numerator, true, range.map(nearest_f32)))
     }
 
     /// An attribute whose magnitude fits.

@@ -7,56 +7,35 @@ use fearless_simd::{Simd, SimdBase, SimdMask};
 
 use super::patches::stored_depths;
 use super::{Placement, passing_lanes};
-use crate::depth::DepthSource;
-use crate::gradient::view::{View, usual_range};
-use crate::gradient::{ConstantAlong, nearest_f32};
+use crate::depth::{DepthSource, DepthTest};
+use crate::gradient::nearest_f32;
+use crate::gradient::small::{SmallField, SmallSetups};
 use crate::lanes::{Narrow, clamp_numbers, low_bits};
-use crate::patch::{MOST, Patches};
-use crate::polygon::Polygon;
+use crate::patch::{MOST, Patch, Patches};
 use crate::shade::{BLOCK, Block, Shader};
 use crate::span::InPatch;
 use crate::target::{DepthBuffer, Target};
 
-/// A small triangle whose plane is set up.
+/// A small triangle that is set up.
 pub(crate) struct Small<'a> {
     pub(crate) patches: &'a Patches,
-    pub(crate) view: &'a View,
-    /// The pixel that offsets count from.
-    pub(crate) anchor: [i32; 2],
-    /// What becomes depth, at the corners, before the division.
-    pub(crate) z: [f64; 3],
-    pub(crate) attribute_count: usize,
-}
-
-/// The attributes of a triangle's corners.
-pub(crate) struct CornerValues<'a, V: ?Sized> {
-    pub(crate) polygon: &'a V,
-    /// The numbers of its vertices.
-    pub(crate) corners: [usize; 3],
-}
-
-impl<V: Polygon + ?Sized> CornerValues<'_, V> {
-    /// Attribute `k`.
-    #[inline(always)]
-    fn of(&self, k: usize) -> [f32; 3] {
-        let Self { polygon, corners: [a, b, c] } = *self;
-        [polygon.attribute(a, k), polygon.attribute(b, k), polygon.attribute(c, k)]
-    }
+    pub(crate) setups: &'a SmallSetups,
+    /// Which of them is its own.
+    pub(crate) lane: usize,
 }
 
 /// No shader that reads 1/w or w comes here.
 static UNREAD: [f32; BLOCK] = [0.0; BLOCK];
 
-/// Paints `small`, which has `MANY` patches at most and whose corners have `values`: one, as most
-/// have, is compiled by itself, without loops. Returns how many pixels were shaded, or nothing, with
-/// nothing done, if the triangle is not usual: an attribute is no number, not of a size that fits, or
-/// a depth too near to 0.
+/// Paints `small`, whose patches have `LANES` at most: one patch, as most have, is compiled by itself,
+/// without loops, and a half of one with half of the lanes; offsets count from the pixel `anchor`. Returns how many pixels were shaded, or nothing, with
+/// nothing done, if a depth is too near to 0.
 #[expect(clippy::too_many_arguments, reason = "a room's door: what comes in, and where to")]
 #[inline(always)]
-pub(crate) fn paint_small<const MANY: usize, L: Simd, V, S, T>(
+pub(crate) fn paint_small<const LANES: usize, L: Simd, S, T>(
     simd: L,
     small: &Small<'_>,
-    values: &CornerValues<'_, V>,
+    anchor: [i32; 2],
     place: &Placement,
     lanes: &mut Vec<[f32; BLOCK]>,
     shader: &mut S,
@@ -64,24 +43,26 @@ pub(crate) fn paint_small<const MANY: usize, L: Simd, V, S, T>(
     mut depth: Option<&mut DepthBuffer<'_>>,
 ) -> Option<u64>
 where
-    V: Polygon + ?Sized,
     S: Shader,
     T: Target<Pixel = S::Pixel>,
 {
-    let Small { patches, view, anchor, z, .. } = *small;
-    let n = small.attribute_count.min(S::INPUTS.attributes);
+    let Small { patches, setups, lane: triangle } = *small;
+    let n = setups.count();
     // For each patch its depths, 1/Q, and its attributes.
     let stride = n + 2;
     if lanes.len() < MOST * stride {
         lanes.resize(MOST * stride, [0.0; BLOCK]);
     }
-    let count = if MANY == 1 { 1 } else { patches.count() };
-    let first = InPatch::new(simd, patches.patch(0), anchor);
-    let mut masks = [0; MANY];
+    let is_one = LANES <= BLOCK;
+    let count = if is_one { 1 } else { patches.count() };
+    let first = match LANES {
+        ..=8 => InPatch::of_half(simd, patches.patch(0), anchor),
+        _ => InPatch::new(simd, patches.patch(0), anchor),
+    };
+    let mut masks = [0; MOST];
     let mut passed = 0;
 
     // 1. Depth.
-    let zero = z[0].abs() + z[1].abs() + z[2].abs() == 0.0;
     for (i, mask) in masks.iter_mut().enumerate().take(count) {
         let patch = patches.patch(i);
         if patch.mask == 0 {
@@ -90,11 +71,8 @@ where
         *mask = patch.mask;
         let out = lanes.get_mut(i * stride)?;
         if depth.is_some() || S::INPUTS.depth {
-            if zero {
-                *out = [0.0; BLOCK];
-            } else {
-                let (function, doubtful_below) = view.depth(z);
-                let at = if MANY == 1 { first } else { InPatch::new(simd, patch, anchor) };
+            if let Some((function, doubtful_below)) = setups.depth(triangle) {
+                let at = if is_one { first } else { InPatch::new(simd, patch, anchor) };
                 let found = at.at(simd, function).narrow();
                 // A hair above it, so that what rounds to a `f32` below is among them.
                 let limit = Narrow::splat(simd, nearest_f32(doubtful_below * 1.001));
@@ -103,11 +81,17 @@ where
                 }
                 let (low, high) = (Narrow::splat(simd, 0.0), Narrow::splat(simd, 1.0));
                 clamp_numbers(found, low, high).store_array(out);
+            } else {
+                *out = [0.0; BLOCK];
             }
         }
-        if let Some(buffer) = depth.as_deref() {
-            let stored = stored_depths(buffer, patch, place.origin);
-            *mask &= passing_lanes(simd, place.test.compare, out, &stored);
+        if let Some(buffer) = depth.as_deref_mut() {
+            if is_one {
+                *mask = test_pixels(buffer, patch, place, out, S::KEEPS_ALL);
+            } else {
+                let stored = stored_depths(buffer, patch, place.origin);
+                *mask &= passing_lanes(simd, place.test.compare, out, &stored);
+            }
         }
         passed |= *mask;
     }
@@ -116,33 +100,19 @@ where
     }
 
     // 2. Attributes, where a pixel passed.
-    let divided = view.constant == ConstantAlong::Polygon;
+    let divided = setups.is_divided(triangle);
     if n > 0 && !divided {
         for (i, mask) in masks.iter().enumerate().take(count) {
             if *mask == 0 {
                 continue;
             }
-            let at = if MANY == 1 { first } else { InPatch::new(simd, patches.patch(i), anchor) };
-            let q = at.at(simd, view.unit_q).narrow();
+            let at = if is_one { first } else { InPatch::new(simd, patches.patch(i), anchor) };
+            let q = at.at(simd, setups.unit_q(triangle)).narrow();
             (Narrow::splat(simd, 1.0) / q).store_array(lanes.get_mut(i * stride + 1)?);
         }
     }
     for k in 0..n {
-        let [a, b, c] = values.of(k);
-        let (numerator, range) = match usual_range([a, b, c]) {
-            Some(range) => {
-                let numerator = view.numerator([f64::from(a), f64::from(b), f64::from(c)]);
-                // As for any polygon: one rounding is left where w is the same all over.
-                let numerator =
-                    if divided { numerator.scaled(1.0 / view.unit_q.c) } else { numerator };
-                (Some(numerator), range)
-            }
-            None if a.to_bits() == b.to_bits() && a.to_bits() == c.to_bits() && a.is_finite() => {
-                (None, [a; 2])
-            }
-            None => return None,
-        };
-        let (low, high) = (Narrow::splat(simd, range[0]), Narrow::splat(simd, range[1]));
+        let field = setups.attribute(k, triangle)?;
         for (i, mask) in masks.iter().enumerate().take(count) {
             if *mask == 0 {
                 continue;
@@ -150,13 +120,17 @@ where
             let [_, r, attributes @ ..] = lanes.get_mut(i * stride..(i + 1) * stride)? else {
                 return None;
             };
-            let Some(numerator) = numerator else {
-                low.store_array(&mut attributes[k]);
-                continue;
+            let (numerator, [low, high]) = match field {
+                SmallField::Linear(numerator, range) => (numerator, range),
+                SmallField::Constant(value) => {
+                    attributes[k] = [value; BLOCK];
+                    continue;
+                }
             };
-            let at = if MANY == 1 { first } else { InPatch::new(simd, patches.patch(i), anchor) };
+            let at = if is_one { first } else { InPatch::new(simd, patches.patch(i), anchor) };
             let n = at.at(simd, numerator).narrow();
             let value = if divided { n } else { n * Narrow::load_array_ref(simd, r) };
+            let (low, high) = (Narrow::splat(simd, low), Narrow::splat(simd, high));
             clamp_numbers(value, low, high).store_array(&mut attributes[k]);
         }
     }
@@ -188,7 +162,8 @@ where
             let [x, y] = patch.place(lane, place.origin);
             // A pixel at a time: nothing predicts how long a run is.
             target.write_pixel(x, y, pixels[lane]);
-            if let Some(buffer) = depth.as_deref_mut()
+            if !(is_one && S::KEEPS_ALL)
+                && let Some(buffer) = depth.as_deref_mut()
                 && place.test.write
             {
                 buffer.set_tested(x, y, block.depth[lane]);
@@ -196,6 +171,112 @@ where
         }
     }
     Some(shaded)
+}
+
+/// The pixels of `patch` that pass, tested one after the other; their depths are stored if what passes is
+/// kept.
+#[inline(always)]
+fn test_pixels(
+    buffer: &mut DepthBuffer<'_>,
+    patch: Patch,
+    place: &Placement,
+    depths: &[f32; BLOCK],
+    keeps_all: bool,
+) -> u16 {
+    let DepthTest { compare, write, .. } = place.test;
+    let (mut left, mut passed) = (patch.mask, 0);
+    while left != 0 {
+        let lane = left.trailing_zeros() as usize;
+        left &= left - 1;
+        let [x, y] = patch.place(lane, place.origin);
+        let Some(stored) = buffer.tested_pixel_mut(x, y) else { continue };
+        let passes = compare.passes(depths[lane], *stored);
+        passed |= u16::from(passes) << lane;
+        if keeps_all && write {
+            // Stored in any case: nothing predicts which pass.
+            *stored = if passes { depths[lane] } else { *stored };
+        }
+    }
+    passed
+}
+
+/// The same of a triangle whose bounding box has one pixel, which is covered: offsets count from there, so
+/// that nothing changes from pixel to pixel.
+#[inline(always)]
+pub(crate) fn paint_pixel<S, T>(
+    small: &Small<'_>,
+    place: &Placement,
+    lanes: &mut Vec<[f32; BLOCK]>,
+    shader: &mut S,
+    target: &mut T,
+    mut depth: Option<&mut DepthBuffer<'_>>,
+) -> Option<u64>
+where
+    S: Shader,
+    T: Target<Pixel = S::Pixel>,
+{
+    let Small { patches, setups, lane: triangle } = *small;
+    let n = setups.count();
+    if lanes.len() < n + 1 {
+        lanes.resize(n + 1, [0.0; BLOCK]);
+    }
+    let [depths, attributes @ ..] = lanes.as_mut_slice() else { return None };
+    let patch = patches.patch(0);
+    let [x, y] = patch.place(0, place.origin);
+    if depth.is_some() || S::INPUTS.depth {
+        depths[0] = match setups.depth(triangle) {
+            Some((function, doubtful_below)) => {
+                let found = nearest_f32(function.c);
+                if found.abs() < nearest_f32(doubtful_below * 1.001) {
+                    return None;
+                }
+                clamp_number(found, [0.0, 1.0])
+            }
+            None => 0.0,
+        };
+    }
+    if let Some(buffer) = depth.as_deref_mut()
+        && !place.test.compare.passes(depths[0], *buffer.tested_pixel_mut(x, y)?)
+    {
+        return Some(0);
+    }
+    let r = 1.0 / nearest_f32(setups.unit_q(triangle).c);
+    let r = if setups.is_divided(triangle) { 1.0 } else { r };
+    for (k, lanes) in attributes.iter_mut().enumerate().take(n) {
+        lanes[0] = match setups.attribute(k, triangle)? {
+            SmallField::Linear(numerator, range) => {
+                clamp_number(nearest_f32(numerator.c) * r, range)
+            }
+            SmallField::Constant(value) => value,
+        };
+    }
+    let block = Block {
+        first: patch.first,
+        columns: patch.columns,
+        mask: 1,
+        depth: depths,
+        inv_w: &UNREAD,
+        w: &UNREAD,
+        attributes: attributes.get(..n)?,
+    };
+    let mut pixels = [S::Pixel::default(); BLOCK];
+    let kept = shader.shade(&block, &mut pixels);
+    if S::KEEPS_ALL || kept & 1 != 0 {
+        target.write_pixel(x, y, pixels[0]);
+        if let Some(buffer) = depth
+            && place.test.write
+        {
+            buffer.set_tested(x, y, block.depth[0]);
+        }
+    }
+    Some(1)
+}
+
+/// See [`clamp_numbers`].
+#[inline(always)]
+fn clamp_number(value: f32, [low, high]: [f32; 2]) -> f32 {
+    let value = if value > low { value } else { low };
+    (if value < high { value } else { high }) + 0.0
 }
 
 /// Can a shader, or a depth test of `source`, have all that it reads?

@@ -1,28 +1,23 @@
 //! Whole polygons that bounds of the stored depths, or what others of a list hide, show to be hidden, as
 //! far as their corners tell: before any set-up.
 
-use fearless_simd::Simd as Lanes;
+use fearless_simd::Simd;
 
-use super::{Cull, Scratch, Tiler, positions_of};
+use super::{Cull, Scratch, Tiler};
 use crate::depth::{DepthSource, DepthTest, Occluders};
 use crate::fixed::{Subpixel, power_of_two};
 use crate::gradient::enclosure::{outward, within};
 use crate::gradient::nearest_f32;
+use crate::gradient::small::SmallCorners;
 use crate::hidden::Area;
-use crate::placed::PlacedVertex;
+use crate::number::{EIGHT, Lanes, Number};
 use crate::polygon::Polygon;
-use crate::space::{DepthRange, PixelRect, Viewport};
+use crate::space::{PixelRect, Viewport};
 use crate::target::DepthBuffer;
-use crate::triangle::InView;
+use crate::triangle::{BEYOND, THICK};
 
 /// Bounds that any depth keeps.
 const ANY_DEPTH: [f32; 2] = [0.0, f32::INFINITY];
-
-/// How thick a polygon must be, in the reach of the snap, for its corners to tell its depths.
-const THICK: f64 = 512.0;
-
-/// By how much of the corners' range depths may lie beyond it, then.
-const BEYOND: f64 = 1.0 / 64.0;
 
 /// Corners of a polygon with all w > 0 that nothing clips: positions, times 2^-`exponent`, and
 /// places on the grid.
@@ -105,11 +100,49 @@ impl<const N: usize> Corners<'_, N> {
 
 /// The depth at a corner.
 #[inline(always)]
-pub(super) fn right_depth([_, _, z, w]: [f64; 4], source: DepthSource, viewport: Viewport) -> f64 {
-    match (source, viewport.depth_range()) {
-        (DepthSource::InvW, _) => 1.0 / w,
-        (DepthSource::Z, DepthRange::ZeroToOne) => z / w,
-        (DepthSource::Z, DepthRange::MinusOneToOne) => (z + w) / 2.0 / w,
+pub(super) fn right_depth<F: Number>(
+    position: [F; 4],
+    source: DepthSource,
+    viewport: Viewport,
+) -> F {
+    match source {
+        DepthSource::InvW => position[3].reciprocal(),
+        DepthSource::Z => viewport.depth_range().numerator(position) / position[3],
+    }
+}
+
+/// What the depths of small triangles lie between, as far as their corners tell.
+#[derive(Debug, Default)]
+pub(super) struct SmallDepths([Lanes; 2]);
+
+impl SmallDepths {
+    #[inline(always)]
+    pub(super) fn set<F: Number>(
+        &mut self,
+        level: F::Level,
+        corners: &SmallCorners,
+        source: DepthSource,
+        viewport: Viewport,
+    ) {
+        let [a, b, c] = corners.load::<F>(level);
+        let a = right_depth(a, source, viewport);
+        let (b, c) = (right_depth(b, source, viewport), right_depth(c, source, viewport));
+        let (low, high) = (a.lesser(b).lesser(c), a.greater(b).greater(c));
+        let beyond = match source {
+            DepthSource::Z => (high - low) * F::load(level, &corners.beyond),
+            // It is clamped to the range of the vertices.
+            DepthSource::InvW => low.like(0.0),
+        };
+        (low - beyond).store(&mut self.0[0]);
+        (high + beyond).store(&mut self.0[1]);
+    }
+
+    /// Those of `lane`.
+    #[inline(always)]
+    pub(super) fn of(&self, lane: usize) -> [f32; 2] {
+        let [low, high] = &self.0;
+        let lane = lane % EIGHT;
+        within(outward([low[lane], high[lane]]), ANY_DEPTH)
     }
 }
 
@@ -146,7 +179,7 @@ impl Tiler {
     /// Is `polygon` a quadrilateral within the view that `buffer` surely hides? Then it need not even be
     /// divided.
     #[inline(always)]
-    pub(super) fn is_hidden_in_view<L: Lanes, V: Polygon + ?Sized>(
+    pub(super) fn is_hidden_in_view<L: Simd, V: Polygon + ?Sized>(
         &self,
         simd: L,
         polygon: &V,
@@ -162,13 +195,13 @@ impl Tiler {
         let Some((bits, bounds)) = self.quad_in_view(simd, polygon) else { return false };
         let Some(area) = Area::new(bounds.intersect(window), self.origin) else { return false };
         let first = right_depth(polygon.position(0), source, self.viewport);
-        buffer.may_hide(area, nearest_f32(first), compare)
+        buffer.may_hide(area, [nearest_f32(first); 2], compare)
             && buffer.hides(area, self.quad_depths(polygon, bits), compare)
     }
 
     /// The same, by what others of the list hide.
     #[inline(always)]
-    pub(super) fn is_occluded<L: Lanes, V: Polygon + ?Sized>(
+    pub(super) fn is_occluded<L: Simd, V: Polygon + ?Sized>(
         &self,
         simd: L,
         polygon: &V,
@@ -185,7 +218,7 @@ impl Tiler {
 
     /// The corners of a quadrilateral within the view, and the pixels that it may cover.
     #[inline(always)]
-    fn quad_in_view<L: Lanes, V: Polygon + ?Sized>(
+    fn quad_in_view<L: Simd, V: Polygon + ?Sized>(
         &self,
         simd: L,
         polygon: &V,
@@ -213,37 +246,5 @@ impl Tiler {
             &[polygon.position(0), polygon.position(1), polygon.position(2), polygon.position(3)];
         let corners = Corners { positions, bits, exponent: 0 };
         corners.depths(self.depth_test.source, self.viewport)
-    }
-
-    /// Is the small triangle that was `found` surely hidden? If not, it counts as drawn: what it
-    /// may store widens the bounds.
-    #[inline(always)]
-    pub(super) fn is_hidden_small<V: Polygon + ?Sized>(
-        &self,
-        triangle: &V,
-        placed: [PlacedVertex; 3],
-        found: &InView,
-        window: PixelRect,
-        buffer: &mut DepthBuffer<'_>,
-    ) -> bool {
-        let DepthTest { compare, write, source } = self.depth_test;
-        let Some(area) = Area::new(found.bounds.intersect(window), self.origin) else {
-            return false;
-        };
-        let mut depths = ANY_DEPTH;
-        let first = nearest_f32(right_depth(triangle.position(0), source, self.viewport));
-        if self.hides && buffer.may_hide(area, first, compare) {
-            let positions = &positions_of(triangle);
-            let [a, b, c] = placed;
-            let bits = [a.bits, b.bits, c.bits];
-            depths = Corners { positions, bits, exponent: 0 }.depths(source, self.viewport);
-            if buffer.hides(area, depths, compare) {
-                return true;
-            }
-        }
-        if write {
-            buffer.wrote(area, depths, compare, found.pixels);
-        }
-        false
     }
 }

@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use fearless_simd::{Level, Simd as Lanes, dispatch};
+use fearless_simd::{Level, dispatch};
 
 use crate::clip::{Clipper, VertexArrays};
 use crate::depth::{DepthSource, DepthTest};
@@ -28,14 +28,14 @@ pub(crate) mod keep;
 pub(crate) mod occlude;
 mod scan;
 mod settings;
-mod small;
+pub(crate) mod small;
 pub(crate) mod sort;
 mod tiles;
 
 pub use settings::{Cull, Precision};
 
 use scan::{Counts, Taken, may_be_packed, pack};
-use small::Sight;
+use small::{Bunch, One};
 use tiles::TestedSpans;
 
 /// Draws polygons: holds the viewport, the settings, the counts and the buffers that are reused
@@ -56,6 +56,7 @@ pub struct Tiler {
     hides: bool,
     stats: Stats,
     scratch: Scratch,
+    bunch: Bunch,
 }
 
 /// What a polygon is turned into on its way, stage by stage; kept to save allocations.
@@ -94,37 +95,7 @@ impl Tiler {
             hides: true,
             stats: Stats::default(),
             scratch: Scratch::default(),
-        }
-    }
-
-    /// What becomes of a polygon whose rows are known: a small triangle, or any polygon of which
-    /// nothing is kept.
-    #[inline(always)]
-    pub(crate) fn draw_sorted<L: Lanes, V, S, T>(
-        &mut self,
-        simd: L,
-        polygon: &V,
-        window: PixelRect,
-        shader: &mut S,
-        target: &mut T,
-        mut depth: Option<&mut DepthBuffer<'_>>,
-    ) -> Outcome
-    where
-        V: Polygon + ?Sized,
-        S: Shader,
-        T: Target<Pixel = S::Pixel>,
-    {
-        let mut found = InView::default();
-        let kept = depth.as_deref_mut();
-        match self.draw_small(simd, polygon, window, &mut found, shader, target, kept) {
-            Sight::Done(outcome) => outcome,
-            Sight::Pixels => self.draw_unusual(polygon, &found, shader, target, depth),
-            Sight::Elsewhere => {
-                if self.is_hidden_in_view(simd, polygon, window, depth.as_deref_mut()) {
-                    return Outcome::Hidden;
-                }
-                self.draw_any(polygon, window, shader, target, depth)
-            }
+            bunch: Bunch::default(),
         }
     }
 
@@ -147,7 +118,9 @@ impl Tiler {
         let window = self.window(target.size(), depth.as_deref());
         let outcome = if subnormal::are_kept() {
             dispatch!(self.simd.0, simd => {
-                self.draw_sorted(simd, polygon, window, shader, target, depth)
+                let one = One(polygon);
+                self.look_at::<1, _, _>(simd, &one, 1, window);
+                self.draw_next::<1, _, _, _, _>(simd, &one, 0, window, shader, target, depth)
             })
         } else {
             Outcome::Refused
@@ -330,7 +303,7 @@ impl Tiler {
 
     /// Bytes that the buffers hold.
     pub(crate) fn bytes(&self) -> usize {
-        self.scratch.bytes() + self.clipper.bytes()
+        self.scratch.bytes() + self.bunch.bytes() + self.clipper.bytes()
     }
 }
 

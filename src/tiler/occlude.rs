@@ -4,6 +4,7 @@ use fearless_simd::Simd as Lanes;
 
 use super::hidden::right_depth;
 use super::scan::{Taken, bounds};
+use super::sort::vertex_place;
 use super::tiles::{SMALL, TestedSpans};
 use super::{Precision, Scratch, Tiler, set_gradients};
 use crate::depth::{DepthSource, Occluders};
@@ -45,13 +46,15 @@ impl Tiler {
             return true;
         }
         let placed = self.placed(polygon);
-        let PlacedVertex { bits, within } = self.vertex_place(simd, polygon, placed, 0);
+        let PlacedVertex { bits, within } =
+            vertex_place(simd, &self.place_constants, polygon, placed, 0);
         if !within {
             return false;
         }
         let (mut low, mut high) = (bits, bits);
         for i in 1..polygon.len() {
-            let PlacedVertex { bits: [x, y], within } = self.vertex_place(simd, polygon, placed, i);
+            let PlacedVertex { bits: [x, y], within } =
+                vertex_place(simd, &self.place_constants, polygon, placed, i);
             if !within {
                 return false;
             }

@@ -1,136 +1,313 @@
-//! A small triangle in view, from its vertices' places on the grid to its pixels, in one go.
+//! Small triangles in view, from their vertices' places on the grid to their pixels: some are looked at
+//! and set up together, and then drawn one after the other, in order.
 
-use fearless_simd::Simd as Lanes;
+use core::ops::Range;
 
+use fearless_simd::{Level, Simd, dispatch, f64x8};
+
+use super::hidden::SmallDepths;
 use super::scan::{Counts, Taken, take_in_view};
+use super::sort::vertex_place;
 use super::{Outcome, Precision, Seen, Tiler, positions_of};
-use crate::depth::DepthSource;
-use crate::gradient::frame::{Anchor, Reach};
-use crate::gradient::middle;
-use crate::gradient::triple::choose_by_x;
-use crate::gradient::view::View;
-use crate::paint::small::{CornerValues, Small, paint_small, serves};
+use crate::depth::{DepthSource, DepthTest};
+use crate::gradient::small::{SmallCorners, SmallSetups};
+use crate::hidden::Area;
+use crate::number::{EIGHT, Number};
+use crate::paint::small::{Small, paint_pixel, paint_small, serves};
 use crate::patch::MOST;
+use crate::placed::Placed;
 use crate::polygon::Polygon;
-use crate::shade::Shader;
-use crate::space::PixelRect;
+use crate::shade::{BLOCK, Shader};
+use crate::space::{PixelRect, Viewport};
 use crate::target::{DepthBuffer, Target};
-use crate::triangle::{InView, Look, look};
+use crate::triangle::{Field, InView, Looks, Places, Sight};
 
-/// What became of a polygon that may be a small triangle.
-pub(super) enum Sight {
-    /// It has been drawn, or there was nothing to draw.
-    Done(Outcome),
-    /// It is small, and covers pixels, but has something unusual.
-    Pixels,
-    /// It is none.
-    Elsewhere,
+/// Polygons that are looked at together, at most: so many that those among them that cover pixels fill
+/// lanes.
+pub(crate) const BUNCH: usize = 32;
+
+/// Some polygons, by number from 0 on.
+pub(crate) trait Several {
+    type Polygon<'a>: Polygon
+    where
+        Self: 'a;
+
+    fn polygon(&self, k: usize) -> Self::Polygon<'_>;
+}
+
+/// One polygon.
+pub(super) struct One<'a, V: ?Sized>(pub(super) &'a V);
+
+impl<V: Polygon + ?Sized> Several for One<'_, V> {
+    type Polygon<'a>
+        = &'a V
+    where
+        Self: 'a;
+
+    #[inline(always)]
+    fn polygon(&self, _k: usize) -> &V {
+        self.0
+    }
+}
+
+/// Polygons that are looked at together, and what was found.
+#[derive(Debug, Default)]
+pub(super) struct Bunch {
+    count: usize,
+    sights: [Sight; BUNCH],
+    found: [InView; BUNCH],
+    places: Places,
+    pub(super) looks: Looks,
+    /// Those of them that cover pixels are set up some at a time: so many lanes are, and so many of
+    /// these have been drawn.
+    filled: usize,
+    lane: usize,
+    corners: SmallCorners,
+    depths: SmallDepths,
+    setups: SmallSetups,
+}
+
+impl Bunch {
+    /// Bytes held elsewhere.
+    pub(super) fn bytes(&self) -> usize {
+        self.setups.bytes()
+    }
 }
 
 impl Tiler {
-    /// Draws `polygon` if it is a small triangle in view with nothing unusual about it; else finds
-    /// what it covers.
-    #[expect(clippy::too_many_arguments, reason = "those of `draw`, and what is found")]
+    /// Looks at the first `count` polygons of `several`, at most [`BUNCH`], so that they can be drawn.
     #[inline(always)]
-    pub(super) fn draw_small<L: Lanes, V, S, T>(
+    pub(crate) fn look_at<const LANES: usize, L: Simd, P: Several>(
         &mut self,
         simd: L,
-        polygon: &V,
+        several: &P,
+        count: usize,
         window: PixelRect,
-        found: &mut InView,
-        shader: &mut S,
-        target: &mut T,
-        mut depth: Option<&mut DepthBuffer<'_>>,
-    ) -> Sight
-    where
-        V: Polygon + ?Sized,
-        S: Shader,
-        T: Target<Pixel = S::Pixel>,
-    {
-        if polygon.len() != 3 || self.clipper.has_user_planes() {
-            return Sight::Elsewhere;
-        }
-        let placed = self.vertex_places(simd, polygon);
-        let (cull, rect) = (self.cull, self.viewport.rect());
-        let wants = [cull.keeps(false), cull.keeps(true)];
-        match look(simd, placed, [rect.x0, rect.y0], wants, window, found) {
-            Look::Elsewhere => return Sight::Elsewhere,
-            Look::Degenerate => return Sight::Done(Outcome::Degenerate),
-            Look::Away => return Sight::Done(Outcome::Backface),
-            Look::Nothing => return Sight::Done(Outcome::Drawn),
-            Look::Pixels => {}
-        }
-        if let Some(buffer) = depth.as_deref_mut()
-            && buffer.has_bounds()
-            && self.is_hidden_small(polygon, placed, found, window, buffer)
-        {
-            return Sight::Done(Outcome::Hidden);
-        }
-        match self.paint_usual(simd, polygon, found, shader, target, depth) {
-            Some(()) => Sight::Done(Outcome::Drawn),
-            None => Sight::Pixels,
+    ) {
+        let field = self.field(window);
+        self.bunch.count = count.min(BUNCH);
+        (self.bunch.filled, self.bunch.lane) = (0, 0);
+        let mut first = 0;
+        while first < self.bunch.count {
+            let end = self.bunch.count.min(first + LANES);
+            self.look_from_outside::<LANES, _, _>(simd, several, first..end, window);
+            let Bunch { sights, found, looks, .. } = &mut self.bunch;
+            for k in first..end {
+                let found = &mut found[k % BUNCH];
+                sights[k % BUNCH] = match looks.sight(k - first, &field, found) {
+                    Sight::Pixels => looks.cover(simd, k - first, &field, found),
+                    sight => sight,
+                };
+            }
+            first = end;
         }
     }
 
-    /// Paints the triangle that was `found`, unless there is something unusual about it.
+    /// Looks at as many polygons as there are lanes, but not at their pixels.
     #[inline(always)]
-    fn paint_usual<L: Lanes, V, S, T>(
+    pub(crate) fn look_from_outside<const LANES: usize, L: Simd, P: Several>(
         &mut self,
         simd: L,
-        polygon: &V,
-        found: &InView,
+        several: &P,
+        polygons: Range<usize>,
+        window: PixelRect,
+    ) {
+        let field = &self.field(window);
+        let Self { bunch: Bunch { places, looks, .. }, place_constants, viewport, .. } = self;
+        places.within = 0;
+        let has_planes = self.clipper.has_user_planes();
+        // Asked for once of what many polygons share.
+        let mut last: Option<(*const Placed, bool)> = None;
+        for (lane, k) in polygons.enumerate() {
+            let (lane, polygon) = (lane % EIGHT, several.polygon(k));
+            if polygon.len() != 3 || has_planes {
+                continue;
+            }
+            let mut placed = polygon.placed();
+            if let Some(shared) = placed {
+                let at = core::ptr::from_ref(shared);
+                let fits = match last {
+                    Some((last, fits)) if core::ptr::eq(last, at) => fits,
+                    _ => shared.viewport() == *viewport,
+                };
+                last = Some((at, fits));
+                placed = placed.filter(|_| fits);
+            }
+            let mut within = true;
+            for i in 0..3 {
+                let place = vertex_place(simd, place_constants, &polygon, placed, i);
+                let [x, y] = place.bits;
+                (places.x[i][lane], places.y[i][lane]) = (x.into(), y.into());
+                within &= place.within;
+            }
+            places.within |= u8::from(within) << lane;
+        }
+        if looks.start(places) {
+            look::<LANES>(self.simd.0, looks, places, field);
+        }
+    }
+
+    /// Where small triangles are to be drawn.
+    #[inline(always)]
+    pub(super) fn field(&self, window: PixelRect) -> Field {
+        let (rect, cull) = (self.viewport.rect(), self.cull);
+        Field {
+            corner: [rect.x0, rect.y0],
+            window,
+            wants: [cull.keeps(false), cull.keeps(true)],
+            snap_reach: self.viewport.grid().snap_reach(),
+        }
+    }
+
+    /// Draws polygon `k` of `several`, all of which have been looked at; those before it have been drawn.
+    #[expect(clippy::too_many_arguments, reason = "those of `draw`, and which")]
+    #[inline(always)]
+    pub(crate) fn draw_next<const LANES: usize, L: Simd, P, S, T>(
+        &mut self,
+        simd: L,
+        several: &P,
+        k: usize,
+        window: PixelRect,
         shader: &mut S,
         target: &mut T,
-        depth: Option<&mut DepthBuffer<'_>>,
-    ) -> Option<()>
+        mut depth: Option<&mut DepthBuffer<'_>>,
+    ) -> Outcome
     where
-        V: Polygon + ?Sized,
+        P: Several,
         S: Shader,
         T: Target<Pixel = S::Pixel>,
     {
-        let source: Option<DepthSource> = depth.is_some().then_some(self.depth_test.source);
-        if self.precision != Precision::Fast || !serves::<S>(source) || !self.all_perspective {
-            return None;
+        match self.bunch.sights[k % BUNCH] {
+            Sight::Degenerate => Outcome::Degenerate,
+            Sight::Away => Outcome::Backface,
+            Sight::Nothing => Outcome::Drawn,
+            Sight::Elsewhere => {
+                let polygon = several.polygon(k);
+                if self.is_hidden_in_view(simd, &polygon, window, depth.as_deref_mut()) {
+                    return Outcome::Hidden;
+                }
+                self.draw_any(&polygon, window, shader, target, depth)
+            }
+            Sight::Pixels => self
+                .draw_small::<LANES, _, _, _, _>(simd, several, k, window, shader, target, depth),
         }
-        let given = positions_of(polygon);
-        let (given, exponent) = take_in_view(&given)?;
-        if exponent != 0 {
-            return None;
+    }
+
+    /// The same of a small triangle that covers pixels.
+    #[expect(clippy::too_many_arguments, reason = "those of `draw`, and which")]
+    #[inline(always)]
+    fn draw_small<const LANES: usize, L: Simd, P, S, T>(
+        &mut self,
+        simd: L,
+        several: &P,
+        k: usize,
+        window: PixelRect,
+        shader: &mut S,
+        target: &mut T,
+        mut depth: Option<&mut DepthBuffer<'_>>,
+    ) -> Outcome
+    where
+        P: Several,
+        S: Shader,
+        T: Target<Pixel = S::Pixel>,
+    {
+        let DepthTest { compare, write, source } = self.depth_test;
+        let source = depth.is_some().then_some(source);
+        let serves =
+            self.precision == Precision::Fast && self.all_perspective && serves::<S>(source);
+        if self.bunch.lane == self.bunch.filled {
+            let wanted = serves.then_some(S::INPUTS.attributes);
+            self.set_up::<LANES, _>(several, k, wanted);
         }
-        let [a, b, c] = choose_by_x([given[0][0], given[1][0], given[2][0]])?;
-        // From where they are: a load of what was just stored in halves waits.
-        let corners = [polygon.position(a), polygon.position(b), polygon.position(c)];
-        let u = middle([found.bounds.x0, found.bounds.x1 - 1]);
-        let v = middle([found.bounds.y0, found.bounds.y1 - 1]);
-        let anchor = Anchor::new(self.viewport, [u.0, v.0]);
-        let reach = Reach { u: u.1, v: v.1 };
-        let w = range([given[0][3], given[1][3], given[2][3]]);
-        let view = View::new(&anchor, corners, w, reach, self.viewport)?;
-        let range = self.viewport.depth_range();
-        let z =
-            [range.numerator(corners[0]), range.numerator(corners[1]), range.numerator(corners[2])];
-        let small = Small {
-            patches: &found.patches,
-            view: &view,
-            anchor: anchor.pixel,
-            z,
-            attribute_count: polygon.attribute_count(),
-        };
-        let values = CornerValues { polygon, corners: [a, b, c] };
+        let lane = self.bunch.lane % EIGHT;
+        self.bunch.lane += 1;
         let place = self.placement();
-        let lanes = &mut self.scratch.attributes;
-        let shaded = if found.patches.count() == 1 {
-            paint_small::<1, _, _, _, _>(
-                simd, &small, &values, &place, lanes, shader, target, depth,
-            )
-        } else {
-            paint_small::<MOST, _, _, _, _>(
-                simd, &small, &values, &place, lanes, shader, target, depth,
-            )
-        }?;
-        self.stats.constant_w.count(view.constant);
-        self.count_pixels(found.into(), shaded);
-        Some(())
+        let Bunch { found, depths, setups, .. } = &mut self.bunch;
+        let found = &found[k % BUNCH];
+        if let Some(buffer) = depth.as_deref_mut()
+            && buffer.has_bounds()
+            && let Some(area) = Area::new(found.bounds.intersect(window), self.origin)
+        {
+            let (hides, count) = (self.hides, write.then_some(found.pixels));
+            if buffer.hides_or_takes(area, depths.of(lane), compare, hides, count) {
+                return Outcome::Hidden;
+            }
+        }
+        if serves && setups.is_usual(lane) {
+            let small = Small { patches: &found.patches, setups, lane };
+            let (lanes, drawn) = (&mut self.scratch.attributes, depth.as_deref_mut());
+            let anchor = found.middle().map(|(pixel, _)| pixel);
+            let shaded = match found.patches.lanes() {
+                1 => paint_pixel(&small, &place, lanes, shader, target, drawn),
+                2..=8 => paint_small::<8, _, _, _>(
+                    simd, &small, anchor, &place, lanes, shader, target, drawn,
+                ),
+                9..=BLOCK => paint_small::<BLOCK, _, _, _>(
+                    simd, &small, anchor, &place, lanes, shader, target, drawn,
+                ),
+                _ => paint_small::<{ MOST * BLOCK }, _, _, _>(
+                    simd, &small, anchor, &place, lanes, shader, target, drawn,
+                ),
+            };
+            if let Some(shaded) = shaded {
+                self.stats.constant_w.count(small.setups.constant(lane));
+                let counts = found.into();
+                self.count_pixels(counts, shaded);
+                return Outcome::Drawn;
+            }
+        }
+        let found = *found;
+        self.draw_unusual(&several.polygon(k), &found, shader, target, depth)
+    }
+
+    /// Sets up those from polygon `first` on that cover pixels, as many as there are lanes; with so
+    /// many attributes, if any of that serves.
+    #[inline(always)]
+    fn set_up<const LANES: usize, P: Several>(
+        &mut self,
+        several: &P,
+        first: usize,
+        wanted: Option<usize>,
+    ) {
+        let Bunch { count, sights, found, filled, lane, corners, depths, setups, .. } =
+            &mut self.bunch;
+        let most = wanted.unwrap_or(0);
+        let n = several.polygon(first).attribute_count().min(most);
+        let attributes = setups.attributes_mut(n);
+        let (mut lanes, mut odd) = (0, 0);
+        for k in first..*count {
+            if lanes == LANES {
+                break;
+            }
+            if sights[k % BUNCH] != Sight::Pixels {
+                continue;
+            }
+            let (polygon, found, at) = (several.polygon(k), &found[k % BUNCH], lanes % EIGHT);
+            lanes += 1;
+            let [(column, u), (row, v)] = found.middle();
+            (corners.anchor[0][at], corners.anchor[1][at]) = (column.into(), row.into());
+            corners.reach[at] = u.greater(v);
+            corners.beyond[at] = found.beyond;
+            if polygon.attribute_count().min(most) != n {
+                odd |= 1 << at;
+            }
+            for (i, corner) in corners.positions.iter_mut().enumerate() {
+                let [x, y, z, w] = polygon.position(i);
+                (corner[0][at], corner[1][at], corner[2][at], corner[3][at]) = (x, y, z, w);
+                if odd >> at == 0 {
+                    for (k, attribute) in attributes.iter_mut().enumerate() {
+                        attribute.values[i][at] = polygon.attribute(i, k).into();
+                    }
+                }
+            }
+        }
+        (*filled, *lane) = (lanes, 0);
+        let (level, source, viewport) = (self.simd.0, self.depth_test.source, self.viewport);
+        set_depths::<LANES>(level, depths, corners, source, viewport);
+        if wanted.is_some() {
+            set_up::<LANES>(level, setups, corners, viewport);
+            setups.give_up(odd);
+        }
     }
 
     /// Draws the small triangle that was `found`, whatever is unusual about it.
@@ -158,6 +335,44 @@ impl Tiler {
     }
 }
 
+/// [`Looks::look`], compiled for the instruction set, and once.
+#[inline(never)]
+fn look<const LANES: usize>(level: Level, looks: &mut Looks, places: &Places, field: &Field) {
+    dispatch!(level, simd => match LANES {
+        1 => looks.look::<f64>((), places, field),
+        _ => looks.look::<f64x8<_>>(simd, places, field),
+    });
+}
+
+/// [`SmallDepths::set`], likewise.
+#[inline(never)]
+fn set_depths<const LANES: usize>(
+    level: Level,
+    depths: &mut SmallDepths,
+    corners: &SmallCorners,
+    source: DepthSource,
+    viewport: Viewport,
+) {
+    dispatch!(level, simd => match LANES {
+        1 => depths.set::<f64>((), corners, source, viewport),
+        _ => depths.set::<f64x8<_>>(simd, corners, source, viewport),
+    });
+}
+
+/// [`SmallSetups::set`], likewise.
+#[inline(never)]
+fn set_up<const LANES: usize>(
+    level: Level,
+    setups: &mut SmallSetups,
+    corners: &SmallCorners,
+    viewport: Viewport,
+) {
+    dispatch!(level, simd => match LANES {
+        1 => setups.set::<f64>((), corners, viewport),
+        _ => setups.set::<f64x8<_>>(simd, corners, viewport),
+    });
+}
+
 impl From<&InView> for Counts {
     #[inline(always)]
     fn from(found: &InView) -> Self {
@@ -168,6 +383,5 @@ impl From<&InView> for Counts {
 /// Least and greatest of three numbers.
 #[inline(always)]
 fn range([a, b, c]: [f64; 3]) -> [f64; 2] {
-    let (low, high) = if a < b { (a, b) } else { (b, a) };
-    [if c < low { c } else { low }, if c > high { c } else { high }]
+    [a.lesser(b).lesser(c), a.greater(b).greater(c)]
 }

@@ -1,15 +1,15 @@
 //! Where a polygon is to be drawn, and whether at all: found before any pixel, so that polygons can
 //! be sorted into bands of rows.
 
-use fearless_simd::Simd as Lanes;
+use fearless_simd::Simd;
 
 use super::{Outcome, Tiler};
 use crate::depth::Occluders;
 use crate::fixed::Subpixel;
-use crate::patch::Patches;
-use crate::placed::{Placed, PlacedVertex};
+use crate::placed::{Constants, Placed, PlacedVertex};
 use crate::polygon::Polygon;
 use crate::space::PixelRect;
+use crate::triangle::{InView, Sight};
 
 /// The rows that a polygon may cover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,10 +25,38 @@ pub(crate) struct Rows {
 const MOST_VERTICES: usize = 16;
 
 impl Tiler {
-    /// What becomes of `polygon`, and which rows of `window` it may cover, if any, unless
-    /// `occluders` hide it. Counts nothing but what was clipped.
+    /// What becomes of `polygon`, which was looked at from outside as that of `lane`, and which rows of
+    /// `window` it may cover, if any, unless `occluders` hide it. Counts nothing but what was clipped.
     #[inline(always)]
-    pub(crate) fn sort<L: Lanes, V: Polygon + ?Sized>(
+    pub(crate) fn sort_next<L: Simd, V: Polygon + ?Sized>(
+        &mut self,
+        simd: L,
+        polygon: &V,
+        lane: usize,
+        window: PixelRect,
+        occluders: Option<&Occluders>,
+    ) -> (Outcome, Option<Rows>) {
+        let (field, mut found) = (self.field(window), InView::default());
+        let looks = &self.bunch.looks;
+        match looks.sight(lane, &field, &mut found) {
+            Sight::Elsewhere => self.sort(simd, polygon, window, occluders),
+            Sight::Degenerate => (Outcome::Degenerate, None),
+            Sight::Away => (Outcome::Backface, None),
+            Sight::Nothing => (Outcome::Drawn, None),
+            // Most triangles of a fine mesh end here: between the centres.
+            Sight::Pixels
+                if found.patches.is_pixel()
+                    && looks.cover(simd, lane, &field, &mut found) == Sight::Nothing =>
+            {
+                (Outcome::Drawn, None)
+            }
+            Sight::Pixels => (Outcome::Drawn, Rows::of(found.bounds.intersect(window), false)),
+        }
+    }
+
+    /// The same of a polygon that is no small triangle.
+    #[inline(always)]
+    fn sort<L: Simd, V: Polygon + ?Sized>(
         &mut self,
         simd: L,
         polygon: &V,
@@ -40,16 +68,15 @@ impl Tiler {
             return self.sort_any(polygon, window);
         }
         let placed = self.placed(polygon);
-        let first = self.vertex_place(simd, polygon, placed, 0);
+        let first = vertex_place(simd, &self.place_constants, polygon, placed, 0);
         let (mut low, mut high, mut within) = (first.bits, first.bits, first.within);
         let [fx, fy] = first.bits;
         let mut last = [0; 2];
-        let (mut second, mut third) = ([0; 2], [0; 2]);
         // Twice the area; each term is below 2^61.
         let mut area = 0_i128;
         for i in 1..n {
             let PlacedVertex { bits: [x, y], within: is_within } =
-                self.vertex_place(simd, polygon, placed, i);
+                vertex_place(simd, &self.place_constants, polygon, placed, i);
             within &= is_within;
             low = [low[0].min(x), low[1].min(y)];
             high = [high[0].max(x), high[1].max(y)];
@@ -57,7 +84,6 @@ impl Tiler {
             let wide = |a: i32, b: i32| i64::from(a).wrapping_mul(b.into());
             area += i128::from(wide(last[1], to[0]).wrapping_sub(wide(last[0], to[1])));
             last = to;
-            (second, third) = (third, [x, y]);
         }
         // Only a crossing polygon covers anything without an area.
         if !within || area == 0 && n > 3 {
@@ -69,22 +95,13 @@ impl Tiler {
         if !self.cull.keeps(area > 0) {
             return (Outcome::Backface, None);
         }
-        let (bounds, corner) = (self.bounds_between(low, high), self.viewport.rect());
         if let Some(occluders) = occluders
             && self.is_occluded(simd, polygon, window, occluders)
         {
             return (Outcome::Hidden, None);
         }
-        let is_small = n == 3 && Patches::are_few(bounds);
-        if is_small && bounds.x1 - bounds.x0 == 1 && bounds.y1 - bounds.y0 == 1 {
-            // Most triangles of a fine mesh end here: between the centres.
-            let corners = [[fx, fy], second, third];
-            let pixel = [bounds.x0 - corner.x0, bounds.y0 - corner.y0];
-            if !Patches::covers_pixel(pixel, corners, area > 0) {
-                return (Outcome::Drawn, None);
-            }
-        }
-        (Outcome::Drawn, Rows::of(bounds.intersect(window), !is_small))
+        let bounds = self.bounds_between(low, high);
+        (Outcome::Drawn, Rows::of(bounds.intersect(window), true))
     }
 
     #[inline(never)]
@@ -118,34 +135,34 @@ impl Tiler {
         }
     }
 
-    /// Where vertex `i` lies, of a polygon that is [`placed`](Self::placed) so.
+    /// Where the four vertices lie, of a polygon that has as many.
     #[inline(always)]
-    pub(super) fn vertex_place<L: Lanes, V: Polygon + ?Sized>(
+    pub(super) fn vertex_places<L: Simd, V: Polygon + ?Sized>(
         &self,
         simd: L,
         polygon: &V,
-        placed: Option<&Placed>,
-        i: usize,
-    ) -> PlacedVertex {
-        match placed {
-            Some(placed) => placed.vertex(polygon.placed_index(i)),
-            None => self.place_constants.place(simd, &polygon.position(i)),
-        }
-    }
-
-    /// Where the first `N` vertices lie, of a polygon that has as many.
-    #[inline(always)]
-    pub(super) fn vertex_places<const N: usize, L: Lanes, V: Polygon + ?Sized>(
-        &self,
-        simd: L,
-        polygon: &V,
-    ) -> [PlacedVertex; N] {
+    ) -> [PlacedVertex; 4] {
         let placed = self.placed(polygon);
-        let mut places = [PlacedVertex::default(); N];
+        let mut places = [PlacedVertex::default(); 4];
         for (i, place) in places.iter_mut().enumerate() {
-            *place = self.vertex_place(simd, polygon, placed, i);
+            *place = vertex_place(simd, &self.place_constants, polygon, placed, i);
         }
         places
+    }
+}
+
+/// Where vertex `i` lies, of a polygon that is [`placed`](Tiler::placed) so.
+#[inline(always)]
+pub(super) fn vertex_place<L: Simd, V: Polygon + ?Sized>(
+    simd: L,
+    constants: &Constants,
+    polygon: &V,
+    placed: Option<&Placed>,
+    i: usize,
+) -> PlacedVertex {
+    match placed {
+        Some(placed) => placed.vertex(polygon.placed_index(i)),
+        None => constants.place(simd, &polygon.position(i)),
     }
 }
 

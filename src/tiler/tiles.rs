@@ -270,7 +270,7 @@ impl TestedSpans {
         }
         if self.pixels < SMALL {
             if let Some((area, depths)) = self.whole(spans) {
-                buffer.wrote(area, depths, test.compare, shaded);
+                buffer.hides_or_takes(area, depths, test.compare, false, Some(shaded));
             }
             return;
         }

@@ -1,0 +1,260 @@
+//! Set-ups of small triangles within the view volume, in `Fast`, up to eight at a time: a lane is a
+//! triangle. The bits are those of [`Gradients`](super::Gradients).
+
+use alloc::vec::Vec;
+
+use super::frame::{Linear, Projection};
+use super::view::{View, usual_range};
+use super::{ConstantAlong, nearest_f32};
+use crate::number::{EIGHT, Lanes, Number};
+use crate::space::Viewport;
+
+/// The greatest w is at least the first, and below the second: else positions are scaled.
+const MODERATE: [f64; 2] = [1.0 / 18_446_744_073_709_551_616.0, 36_893_488_147_419_103_232.0];
+
+/// The triangles that are set up.
+#[derive(Debug, Default)]
+pub(crate) struct SmallCorners {
+    /// Clip positions of the corners, in the polygon's order.
+    pub(crate) positions: [[Lanes; 4]; 3],
+    /// Column and row of the pixel that offsets count from, and how far others are from it at most.
+    pub(crate) anchor: [Lanes; 2],
+    pub(crate) reach: Lanes,
+    /// How far beyond those of the corners depths may lie: times their range.
+    pub(crate) beyond: Lanes,
+}
+
+impl SmallCorners {
+    /// The positions.
+    #[inline(always)]
+    pub(crate) fn load<F: Number>(&self, level: F::Level) -> [[F; 4]; 3] {
+        let [a, b, c] = &self.positions;
+        [load_position(level, a), load_position(level, b), load_position(level, c)]
+    }
+}
+
+/// What is known of their pixels.
+#[derive(Debug, Default)]
+pub(crate) struct SmallSetups {
+    /// A bit for each lane: can it be painted from this?
+    usual: u8,
+    /// The same: does Q not change along rows, or along columns?
+    still: [u8; 2],
+    /// The same: is depth 0 all over?
+    flat_zero: u8,
+    unit_q: LinearLanes,
+    depth: LinearLanes,
+    doubtful_below: Lanes,
+    /// The first so many are set.
+    count: usize,
+    attributes: Vec<AttributeLanes>,
+}
+
+/// Linear functions.
+#[derive(Debug, Default)]
+struct LinearLanes([Lanes; 3]);
+
+/// An attribute.
+#[derive(Debug, Default)]
+pub(crate) struct AttributeLanes {
+    /// At the corners, in the polygon's order.
+    pub(crate) values: [Lanes; 3],
+    /// Over Q, times the unit; where Q does not change, divided by it.
+    numerator: LinearLanes,
+    range: [Lanes; 2],
+    /// A bit for each lane: is it the same all over?
+    same: u8,
+}
+
+/// How an attribute runs over a small triangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum SmallField {
+    Constant(f32),
+    /// From a numerator, and between these.
+    Linear(Linear, [f32; 2]),
+}
+
+/// By how much the corners of triangles are turned, so that the one with the least x comes first.
+struct Turn<F: Number> {
+    by_one: F::Truth,
+    by_two: F::Truth,
+}
+
+impl<F: Number> Turn<F> {
+    /// Of corners with these x, and whether these alone tell, as they nearly always do.
+    #[inline(always)]
+    fn new([p, q, r]: [F; 3]) -> (Self, F::Truth) {
+        let by_none = p.lt(q) & p.lt(r);
+        let (by_one, by_two) = (q.lt(r) & q.lt(p), r.lt(p) & r.lt(q));
+        (Self { by_one, by_two }, by_none | by_one | by_two)
+    }
+
+    #[inline(always)]
+    fn turned(&self, [p, q, r]: [F; 3]) -> [F; 3] {
+        let Self { by_one, by_two } = *self;
+        [
+            F::select(by_two, r, F::select(by_one, q, p)),
+            F::select(by_two, p, F::select(by_one, r, q)),
+            F::select(by_two, q, F::select(by_one, p, r)),
+        ]
+    }
+
+    #[inline(always)]
+    fn turned_positions(&self, [p, q, r]: [[F; 4]; 3]) -> [[F; 4]; 3] {
+        let [ax, bx, cx] = self.turned([p[0], q[0], r[0]]);
+        let [ay, by, cy] = self.turned([p[1], q[1], r[1]]);
+        let [az, bz, cz] = self.turned([p[2], q[2], r[2]]);
+        let [aw, bw, cw] = self.turned([p[3], q[3], r[3]]);
+        [[ax, ay, az, aw], [bx, by, bz, bw], [cx, cy, cz, cw]]
+    }
+}
+
+impl LinearLanes {
+    #[inline(always)]
+    fn store<F: Number>(&mut self, linear: Linear<F>) {
+        let Self([x, y, c]) = self;
+        linear.x.store(x);
+        linear.y.store(y);
+        linear.c.store(c);
+    }
+
+    #[inline(always)]
+    fn of(&self, lane: usize) -> Linear {
+        let Self([x, y, c]) = self;
+        let lane = lane % EIGHT;
+        Linear { x: x[lane], y: y[lane], c: c[lane] }
+    }
+}
+
+impl SmallSetups {
+    /// All of them, of `corners` and of attributes whose values have been set.
+    #[inline(always)]
+    pub(crate) fn set<F: Number>(
+        &mut self,
+        level: F::Level,
+        corners: &SmallCorners,
+        viewport: Viewport,
+    ) {
+        let given = corners.load::<F>(level);
+        let (turn, by_x) = Turn::new([given[0][0], given[1][0], given[2][0]]);
+        let [a, b, c] = turn.turned_positions(given);
+        let low = a[3].lesser(b[3]).lesser(c[3]);
+        let high = a[3].greater(b[3]).greater(c[3]);
+        let [column, row] = &corners.anchor;
+        let projection = Projection::new(viewport, [F::load(level, column), F::load(level, row)]);
+        let reach = F::load(level, &corners.reach);
+        let (view, good) = View::new(&projection, [a, b, c], [low, high], reach, viewport);
+        // What is no number makes no number of this.
+        let sums = a[0] + b[0] + c[0] + a[1] + b[1] + c[1] + a[2] + b[2] + c[2] + high;
+        let zero = low.like(0.0);
+        let finite = (sums * 0.0).eq(zero);
+        let moderate = low.like(MODERATE[0]).le(high) & high.lt(low.like(MODERATE[1]));
+        self.usual = F::bits(good & finite & moderate & by_x);
+        let q = view.unit_q;
+        let still = [q.x.eq(zero), q.y.eq(zero)];
+        self.still = still.map(F::bits);
+        self.unit_q.store(q);
+        let range = viewport.depth_range();
+        let z = [range.numerator(a), range.numerator(b), range.numerator(c)];
+        self.flat_zero = F::bits((z[0].abs() + z[1].abs() + z[2].abs()).eq(zero));
+        let (depth, doubtful_below) = view.depth(z);
+        self.depth.store(depth);
+        doubtful_below.store(&mut self.doubtful_below);
+
+        let divided = still[0] & still[1];
+        let divides = F::bits(divided) != 0;
+        // As for any polygon: one rounding is left where w is the same all over.
+        let divisor = F::select(divided, q.c.reciprocal(), low.like(1.0));
+        for attribute in self.attributes.iter_mut().take(self.count) {
+            let [a, b, c] = &attribute.values;
+            let [a, b, c] = turn.turned([F::load(level, a), F::load(level, b), F::load(level, c)]);
+            let ([low, high], usual) = usual_range([a, b, c]);
+            let same = a.same_bits(b) & a.same_bits(c) & (a * 0.0).eq(zero);
+            let numerator = view.numerator([a, b, c]);
+            attribute.numerator.store(if divides { numerator.scaled(divisor) } else { numerator });
+            attribute.same = F::bits(same);
+            // What is the same all over keeps its zero's sign.
+            F::select(same, a, low).store(&mut attribute.range[0]);
+            high.store(&mut attribute.range[1]);
+            self.usual &= F::bits(usual | same);
+        }
+    }
+
+    /// The first `count` attributes, whose values are to be set.
+    #[inline(always)]
+    pub(crate) fn attributes_mut(&mut self, count: usize) -> &mut [AttributeLanes] {
+        self.count = count;
+        if self.attributes.len() < count {
+            self.attributes.resize_with(count, AttributeLanes::default);
+        }
+        self.attributes.get_mut(..count).unwrap_or_default()
+    }
+
+    /// Can `lane` be painted from this?
+    #[inline(always)]
+    pub(crate) fn is_usual(&self, lane: usize) -> bool {
+        self.usual >> (lane % EIGHT) & 1 != 0
+    }
+
+    /// Says that these lanes cannot: a bit for each.
+    #[inline(always)]
+    pub(crate) fn give_up(&mut self, lanes: u8) {
+        self.usual &= !lanes;
+    }
+
+    /// How many attributes there are.
+    #[inline(always)]
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Does Q change neither along rows nor along columns?
+    #[inline(always)]
+    pub(crate) fn is_divided(&self, lane: usize) -> bool {
+        let [rows, columns] = self.still;
+        (rows & columns) >> (lane % EIGHT) & 1 != 0
+    }
+
+    /// Along what Q does not change.
+    #[inline(always)]
+    pub(crate) fn constant(&self, lane: usize) -> ConstantAlong {
+        let [rows, columns] = self.still.map(|lanes| lanes >> (lane % EIGHT) & 1 != 0);
+        ConstantAlong::of(rows, columns)
+    }
+
+    /// Depth, and the magnitude below which it is in doubt; nothing if it is 0 all over.
+    #[inline(always)]
+    pub(crate) fn depth(&self, lane: usize) -> Option<(Linear, f64)> {
+        let lane = lane % EIGHT;
+        (self.flat_zero >> lane & 1 == 0).then(|| (self.depth.of(lane), self.doubtful_below[lane]))
+    }
+
+    /// Q times the power of two that brings the least into 1..2.
+    #[inline(always)]
+    pub(crate) fn unit_q(&self, lane: usize) -> Linear {
+        self.unit_q.of(lane)
+    }
+
+    /// Attribute `k`, which was set.
+    #[inline(always)]
+    pub(crate) fn attribute(&self, k: usize, lane: usize) -> Option<SmallField> {
+        let AttributeLanes { numerator, range: [low, high], same, .. } = self.attributes.get(k)?;
+        let lane = lane % EIGHT;
+        let low = nearest_f32(low[lane]);
+        Some(if same >> lane & 1 != 0 {
+            SmallField::Constant(low)
+        } else {
+            SmallField::Linear(numerator.of(lane), [low, nearest_f32(high[lane])])
+        })
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        self.attributes.capacity() * size_of::<AttributeLanes>()
+    }
+}
+
+#[inline(always)]
+fn load_position<F: Number>(level: F::Level, [x, y, z, w]: &[Lanes; 4]) -> [F; 4] {
+    [F::load(level, x), F::load(level, y), F::load(level, z), F::load(level, w)]
+}
