@@ -67,7 +67,7 @@ pub(crate) const BEYOND: f64 = 1.0 / 64.0;
 
 /// Where triangles are to be drawn.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Field {
+pub(crate) struct Scope {
     /// The viewport's corner in the framebuffer, and what of that is drawn.
     pub(crate) corner: [i32; 2],
     pub(crate) window: PixelRect,
@@ -158,7 +158,7 @@ impl Looks {
 
     /// Looks at the triangles of `places`.
     #[inline(always)]
-    pub(crate) fn look<F: Number>(&mut self, level: F::Level, places: &Places, field: &Field) {
+    pub(crate) fn look<F: Number>(&mut self, level: F::Level, places: &Places, scope: &Scope) {
         let [ax, bx, cx] = load::<F>(level, &places.x);
         let [ay, by, cy] = load::<F>(level, &places.y);
         let (low_x, high_x) = (ax.lesser(bx).lesser(cx), ax.greater(bx).greater(cx));
@@ -170,7 +170,7 @@ impl Looks {
         let zero = ax.like(0.0);
         let front = zero.lt(area);
         self.degenerate = F::bits(area.eq(zero));
-        let [back_wanted, front_wanted] = field.wants;
+        let [back_wanted, front_wanted] = scope.wants;
         self.away = match (back_wanted, front_wanted) {
             (true, true) => 0,
             (true, false) => F::bits(front),
@@ -195,7 +195,7 @@ impl Looks {
         bc.set(b, c);
         ca.set(c, a);
 
-        let reach = field.snap_reach;
+        let reach = scope.snap_reach;
         let size = (width + height) * (1.0 / PIXEL) + 2.0 * reach;
         let thick = (size * (THICK * reach)).le(area.abs() * (1.0 / (PIXEL * PIXEL)));
         F::select(thick, zero + BEYOND, zero + f64::INFINITY).store(&mut self.beyond);
@@ -204,7 +204,7 @@ impl Looks {
     /// What becomes of the triangle in `lane`. If it may cover pixels, `found` has its patches, with
     /// nothing covered yet.
     #[inline(always)]
-    pub(crate) fn sight(&self, lane: usize, field: &Field, found: &mut InView) -> Sight {
+    pub(crate) fn sight(&self, lane: usize, scope: &Scope, found: &mut InView) -> Sight {
         let lane = lane % EIGHT;
         let is = |lanes: u8| lanes >> lane & 1 != 0;
         if !is(self.small) {
@@ -219,7 +219,7 @@ impl Looks {
         if is(self.empty) {
             return Sight::Nothing;
         }
-        let [corner_x, corner_y] = field.corner;
+        let [corner_x, corner_y] = scope.corner;
         let [[x0, y0], [x1, y1]] =
             [&self.first, &self.end].map(|[x, y]| [whole_of(x[lane]), whole_of(y[lane])]);
         // The viewport may lie at the end of all columns or rows.
@@ -239,13 +239,13 @@ impl Looks {
         &self,
         simd: S,
         lane: usize,
-        field: &Field,
+        scope: &Scope,
         found: &mut InView,
     ) -> Sight {
         let [ab, bc, ca] = &self.edges;
         let lane = lane % EIGHT;
         let edges = [ab.of(lane), bc.of(lane), ca.of(lane)];
-        (found.pixels, found.spans) = found.patches.cover(simd, edges, field.window);
+        (found.pixels, found.spans) = found.patches.cover(simd, edges, scope.window);
         if found.pixels > 0 { Sight::Pixels } else { Sight::Nothing }
     }
 }

@@ -20,7 +20,7 @@ use crate::polygon::Polygon;
 use crate::shade::{BLOCK, Shader};
 use crate::space::{PixelRect, Viewport};
 use crate::target::{DepthBuffer, Target};
-use crate::triangle::{Field, InView, Looks, Places, Sight};
+use crate::triangle::{InView, Looks, Places, Scope, Sight};
 
 /// Polygons that are looked at together, at most: so many that those among them that cover pixels fill
 /// lanes.
@@ -84,7 +84,7 @@ impl Tiler {
         count: usize,
         window: PixelRect,
     ) {
-        let field = self.field(window);
+        let scope = self.scope(window);
         self.bunch.count = count.min(BUNCH);
         (self.bunch.filled, self.bunch.lane) = (0, 0);
         let mut first = 0;
@@ -94,8 +94,8 @@ impl Tiler {
             let Bunch { sights, found, looks, .. } = &mut self.bunch;
             for k in first..end {
                 let found = &mut found[k % BUNCH];
-                sights[k % BUNCH] = match looks.sight(k - first, &field, found) {
-                    Sight::Pixels => looks.cover(simd, k - first, &field, found),
+                sights[k % BUNCH] = match looks.sight(k - first, &scope, found) {
+                    Sight::Pixels => looks.cover(simd, k - first, &scope, found),
                     sight => sight,
                 };
             }
@@ -112,7 +112,7 @@ impl Tiler {
         polygons: Range<usize>,
         window: PixelRect,
     ) {
-        let field = &self.field(window);
+        let scope = &self.scope(window);
         let Self { bunch: Bunch { places, looks, .. }, place_constants, viewport, .. } = self;
         places.within = 0;
         let has_planes = self.clipper.has_user_planes();
@@ -143,15 +143,15 @@ impl Tiler {
             places.within |= u8::from(within) << lane;
         }
         if looks.start(places) {
-            look::<LANES>(self.simd.0, looks, places, field);
+            look::<LANES>(self.simd.0, looks, places, scope);
         }
     }
 
     /// Where small triangles are to be drawn.
     #[inline(always)]
-    pub(super) fn field(&self, window: PixelRect) -> Field {
+    pub(super) fn scope(&self, window: PixelRect) -> Scope {
         let (rect, cull) = (self.viewport.rect(), self.cull);
-        Field {
+        Scope {
             corner: [rect.x0, rect.y0],
             window,
             wants: [cull.keeps(false), cull.keeps(true)],
@@ -337,10 +337,10 @@ impl Tiler {
 
 /// [`Looks::look`], compiled for the instruction set, and once.
 #[inline(never)]
-fn look<const LANES: usize>(level: Level, looks: &mut Looks, places: &Places, field: &Field) {
+fn look<const LANES: usize>(level: Level, looks: &mut Looks, places: &Places, scope: &Scope) {
     dispatch!(level, simd => match LANES {
-        1 => looks.look::<f64>((), places, field),
-        _ => looks.look::<f64x8<_>>(simd, places, field),
+        1 => looks.look::<f64>((), places, scope),
+        _ => looks.look::<f64x8<_>>(simd, places, scope),
     });
 }
 

@@ -36,9 +36,9 @@ impl Tiler {
         window: PixelRect,
         occluders: Option<&Occluders>,
     ) -> (Outcome, Option<Rows>) {
-        let (field, mut found) = (self.field(window), InView::default());
+        let (scope, mut found) = (self.scope(window), InView::default());
         let looks = &self.bunch.looks;
-        match looks.sight(lane, &field, &mut found) {
+        match looks.sight(lane, &scope, &mut found) {
             Sight::Elsewhere => self.sort(simd, polygon, window, occluders),
             Sight::Degenerate => (Outcome::Degenerate, None),
             Sight::Away => (Outcome::Backface, None),
@@ -46,7 +46,7 @@ impl Tiler {
             // Most triangles of a fine mesh end here: between the centres.
             Sight::Pixels
                 if found.patches.is_pixel()
-                    && looks.cover(simd, lane, &field, &mut found) == Sight::Nothing =>
+                    && looks.cover(simd, lane, &scope, &mut found) == Sight::Nothing =>
             {
                 (Outcome::Drawn, None)
             }
