@@ -36,7 +36,9 @@ impl SmallCorners {
 /// What is known of their pixels.
 #[derive(Debug, Default)]
 pub(crate) struct SmallSetups {
-    /// A bit for each lane: can it be painted from this?
+    /// A bit for each lane: is it a triangle? Others hold anything.
+    filled: u8,
+    /// The same: can it be painted from this?
     usual: u8,
     /// The same: does Q not change along rows, or along columns?
     still: [u8; 2],
@@ -78,6 +80,8 @@ pub(crate) enum SmallField {
 struct Turn<F: Number> {
     by_one: F::Truth,
     by_two: F::Truth,
+    /// Is any turned at all?
+    any: bool,
 }
 
 impl<F: Number> Turn<F> {
@@ -86,12 +90,16 @@ impl<F: Number> Turn<F> {
     fn new([p, q, r]: [F; 3]) -> (Self, F::Truth) {
         let by_none = p.lt(q) & p.lt(r);
         let (by_one, by_two) = (q.lt(r) & q.lt(p), r.lt(p) & r.lt(q));
-        (Self { by_one, by_two }, by_none | by_one | by_two)
+        let any = F::bits(by_one | by_two) != 0;
+        (Self { by_one, by_two, any }, by_none | by_one | by_two)
     }
 
     #[inline(always)]
     fn turned(&self, [p, q, r]: [F; 3]) -> [F; 3] {
-        let Self { by_one, by_two } = *self;
+        let Self { by_one, by_two, any } = *self;
+        if !any {
+            return [p, q, r];
+        }
         [
             F::select(by_two, r, F::select(by_one, q, p)),
             F::select(by_two, p, F::select(by_one, r, q)),
@@ -168,16 +176,26 @@ impl SmallSetups {
         for attribute in self.attributes.iter_mut().take(self.count) {
             let [a, b, c] = &attribute.values;
             let [a, b, c] = turn.turned([F::load(level, a), F::load(level, b), F::load(level, c)]);
-            let ([low, high], usual) = usual_range([a, b, c]);
             let same = a.same_bits(b) & a.same_bits(c) & (a * 0.0).eq(zero);
+            attribute.same = F::bits(same);
+            if attribute.same & self.filled == self.filled {
+                a.store(&mut attribute.range[0]);
+                continue;
+            }
+            let ([low, high], usual) = usual_range([a, b, c]);
             let numerator = view.numerator([a, b, c]);
             attribute.numerator.store(if divides { numerator.scaled(divisor) } else { numerator });
-            attribute.same = F::bits(same);
             // What is the same all over keeps its zero's sign.
             F::select(same, a, low).store(&mut attribute.range[0]);
             high.store(&mut attribute.range[1]);
             self.usual &= F::bits(usual | same);
         }
+    }
+
+    /// Says which lanes are triangles: a bit for each.
+    #[inline(always)]
+    pub(crate) fn fill(&mut self, lanes: u8) {
+        self.filled = lanes;
     }
 
     /// The first `count` attributes, whose values are to be set.

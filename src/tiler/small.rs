@@ -217,10 +217,15 @@ impl Tiler {
             self.precision == Precision::Fast && self.all_perspective && serves::<S>(source);
         if self.bunch.lane == self.bunch.filled {
             let wanted = serves.then_some(S::INPUTS.attributes);
-            self.set_up::<LANES, _>(several, k, wanted);
+            let bounded = depth.as_deref().is_some_and(DepthBuffer::has_bounds);
+            if bounded || serves {
+                self.set_up::<LANES, _>(several, k, wanted, bounded);
+            }
         }
         let lane = self.bunch.lane % EIGHT;
-        self.bunch.lane += 1;
+        if self.bunch.filled > 0 {
+            self.bunch.lane += 1;
+        }
         let place = self.placement();
         let Bunch { found, depths, setups, .. } = &mut self.bunch;
         let found = &found[k % BUNCH];
@@ -261,13 +266,15 @@ impl Tiler {
     }
 
     /// Sets up those from polygon `first` on that cover pixels, as many as there are lanes; with so
-    /// many attributes, if any of that serves.
+    /// many attributes, if any of that serves, and with bounds of their depths, if there are `bounded` ones
+    /// to compare them with.
     #[inline(always)]
     fn set_up<const LANES: usize, P: Several>(
         &mut self,
         several: &P,
         first: usize,
         wanted: Option<usize>,
+        bounded: bool,
     ) {
         let Bunch { count, sights, found, filled, lane, corners, depths, setups, .. } =
             &mut self.bunch;
@@ -302,8 +309,11 @@ impl Tiler {
             }
         }
         (*filled, *lane) = (lanes, 0);
+        setups.fill(u8::MAX >> (EIGHT - lanes.clamp(1, EIGHT)));
         let (level, source, viewport) = (self.simd.0, self.depth_test.source, self.viewport);
-        set_depths::<LANES>(level, depths, corners, source, viewport);
+        if bounded {
+            set_depths::<LANES>(level, depths, corners, source, viewport);
+        }
         if wanted.is_some() {
             set_up::<LANES>(level, setups, corners, viewport);
             setups.give_up(odd);
@@ -335,17 +345,21 @@ impl Tiler {
     }
 }
 
-/// [`Looks::look`], compiled for the instruction set, and once.
-#[inline(never)]
+/// [`Looks::look`]: at eight compiled once for an instruction set.
+#[inline(always)]
 fn look<const LANES: usize>(level: Level, looks: &mut Looks, places: &Places, scope: &Scope) {
-    dispatch!(level, simd => match LANES {
+    #[inline(never)]
+    fn at_eight(level: Level, looks: &mut Looks, places: &Places, scope: &Scope) {
+        dispatch!(level, simd => looks.look::<f64x8<_>>(simd, places, scope));
+    }
+    match LANES {
         1 => looks.look::<f64>((), places, scope),
-        _ => looks.look::<f64x8<_>>(simd, places, scope),
-    });
+        _ => at_eight(level, looks, places, scope),
+    }
 }
 
 /// [`SmallDepths::set`], likewise.
-#[inline(never)]
+#[inline(always)]
 fn set_depths<const LANES: usize>(
     level: Level,
     depths: &mut SmallDepths,
@@ -353,24 +367,43 @@ fn set_depths<const LANES: usize>(
     source: DepthSource,
     viewport: Viewport,
 ) {
-    dispatch!(level, simd => match LANES {
+    #[inline(never)]
+    fn of_eight(
+        level: Level,
+        depths: &mut SmallDepths,
+        corners: &SmallCorners,
+        source: DepthSource,
+        viewport: Viewport,
+    ) {
+        dispatch!(level, simd => depths.set::<f64x8<_>>(simd, corners, source, viewport));
+    }
+    match LANES {
         1 => depths.set::<f64>((), corners, source, viewport),
-        _ => depths.set::<f64x8<_>>(simd, corners, source, viewport),
-    });
+        _ => of_eight(level, depths, corners, source, viewport),
+    }
 }
 
 /// [`SmallSetups::set`], likewise.
-#[inline(never)]
+#[inline(always)]
 fn set_up<const LANES: usize>(
     level: Level,
     setups: &mut SmallSetups,
     corners: &SmallCorners,
     viewport: Viewport,
 ) {
-    dispatch!(level, simd => match LANES {
+    #[inline(never)]
+    fn of_eight(
+        level: Level,
+        setups: &mut SmallSetups,
+        corners: &SmallCorners,
+        viewport: Viewport,
+    ) {
+        dispatch!(level, simd => setups.set::<f64x8<_>>(simd, corners, viewport));
+    }
+    match LANES {
         1 => setups.set::<f64>((), corners, viewport),
-        _ => setups.set::<f64x8<_>>(simd, corners, viewport),
-    });
+        _ => of_eight(level, setups, corners, viewport),
+    }
 }
 
 impl From<&InView> for Counts {
