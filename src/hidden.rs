@@ -140,25 +140,12 @@ impl DepthBuffer<'_> {
             }
             return false;
         }
-        self.hide_or_take(area, depths, compare, hides, count)
-    }
-
-    #[inline(always)]
-    fn hide_or_take(
-        &mut self,
-        area: Area,
-        depths: [f32; 2],
-        compare: Compare,
-        hides: bool,
-        count: Option<u64>,
-    ) -> bool {
         if hides && self.may_hide(area, depths, compare) && self.hides(area, depths, compare) {
             return true;
         }
-        let [columns, rows] = area.tiles();
         if let (Some(bounds), Some(count)) = (self.bounds_mut(), count) {
-            for y in rows[0]..rows[1] + 1 {
-                for x in columns[0]..columns[1] + 1 {
+            for y in top..bottom + 1 {
+                for x in left..right + 1 {
                     bounds.widen([x, y], depths, compare, count);
                 }
             }

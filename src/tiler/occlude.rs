@@ -4,7 +4,7 @@ use fearless_simd::Simd as Lanes;
 
 use super::hidden::right_depth;
 use super::scan::{Taken, bounds};
-use super::sort::vertex_place;
+use super::sort::{placed_for, vertex_place};
 use super::tiles::{SMALL, TestedSpans};
 use super::{Precision, Scratch, Tiler, set_gradients};
 use crate::depth::{DepthSource, Occluders};
@@ -45,7 +45,7 @@ impl Tiler {
         if polygon.len() < 3 {
             return true;
         }
-        let placed = self.placed(polygon);
+        let placed = placed_for(self.viewport, polygon);
         let PlacedVertex { bits, within } =
             vertex_place(simd, &self.place_constants, polygon, placed, 0);
         if !within {

@@ -7,7 +7,7 @@ use fearless_simd::{Level, Simd, dispatch, f64x8};
 
 use super::hidden::SmallDepths;
 use super::scan::{Counts, Taken, take_in_view};
-use super::sort::vertex_place;
+use super::sort::{placed_for, vertex_place};
 use super::{Outcome, Precision, Seen, Tiler, positions_of};
 use crate::depth::{DepthSource, DepthTest};
 use crate::gradient::small::{SmallCorners, SmallSetups};
@@ -15,7 +15,6 @@ use crate::hidden::Area;
 use crate::number::{EIGHT, Number};
 use crate::paint::small::{Small, paint_pixel, paint_small, serves};
 use crate::patch::MOST;
-use crate::placed::Placed;
 use crate::polygon::Polygon;
 use crate::shade::{BLOCK, Shader};
 use crate::space::{PixelRect, Viewport};
@@ -116,23 +115,12 @@ impl Tiler {
         let Self { bunch: Bunch { places, looks, .. }, place_constants, viewport, .. } = self;
         places.within = 0;
         let has_planes = self.clipper.has_user_planes();
-        // Asked for once of what many polygons share.
-        let mut last: Option<(*const Placed, bool)> = None;
         for (lane, k) in polygons.enumerate() {
             let (lane, polygon) = (lane % EIGHT, several.polygon(k));
             if polygon.len() != 3 || has_planes {
                 continue;
             }
-            let mut placed = polygon.placed();
-            if let Some(shared) = placed {
-                let at = core::ptr::from_ref(shared);
-                let fits = match last {
-                    Some((last, fits)) if core::ptr::eq(last, at) => fits,
-                    _ => shared.viewport() == *viewport,
-                };
-                last = Some((at, fits));
-                placed = placed.filter(|_| fits);
-            }
+            let placed = placed_for(*viewport, &polygon);
             let mut within = true;
             for i in 0..3 {
                 let place = vertex_place(simd, place_constants, &polygon, placed, i);

@@ -8,7 +8,7 @@ use crate::depth::Occluders;
 use crate::fixed::Subpixel;
 use crate::placed::{Constants, Placed, PlacedVertex};
 use crate::polygon::Polygon;
-use crate::space::PixelRect;
+use crate::space::{PixelRect, Viewport};
 use crate::triangle::{InView, Sight};
 
 /// The rows that a polygon may cover.
@@ -67,7 +67,7 @@ impl Tiler {
         if !(3..=MOST_VERTICES).contains(&n) || self.clipper.has_user_planes() {
             return self.sort_any(polygon, window);
         }
-        let placed = self.placed(polygon);
+        let placed = placed_for(self.viewport, polygon);
         let first = vertex_place(simd, &self.place_constants, polygon, placed, 0);
         let (mut low, mut high, mut within) = (first.bits, first.bits, first.within);
         let [fx, fy] = first.bits;
@@ -125,16 +125,6 @@ impl Tiler {
         PixelRect { x0: column(low[0]), y0: row(low[1]), x1: column(high[0]), y1: row(high[1]) }
     }
 
-    /// Where the vertices of `polygon` were placed for this viewport, if they were: asked once for a
-    /// polygon, since of a small triangle it is felt.
-    #[inline(always)]
-    pub(super) fn placed<'p, V: Polygon + ?Sized>(&self, polygon: &'p V) -> Option<&'p Placed> {
-        match polygon.placed() {
-            Some(placed) if placed.viewport() == self.viewport => Some(placed),
-            _ => None,
-        }
-    }
-
     /// Where the four vertices lie, of a polygon that has as many.
     #[inline(always)]
     pub(super) fn vertex_places<L: Simd, V: Polygon + ?Sized>(
@@ -142,7 +132,7 @@ impl Tiler {
         simd: L,
         polygon: &V,
     ) -> [PlacedVertex; 4] {
-        let placed = self.placed(polygon);
+        let placed = placed_for(self.viewport, polygon);
         let mut places = [PlacedVertex::default(); 4];
         for (i, place) in places.iter_mut().enumerate() {
             *place = vertex_place(simd, &self.place_constants, polygon, placed, i);
@@ -151,7 +141,17 @@ impl Tiler {
     }
 }
 
-/// Where vertex `i` lies, of a polygon that is [`placed`](Tiler::placed) so.
+/// Where the vertices of `polygon` were placed for `viewport`, if they were: asked once for a polygon,
+/// since of a small triangle it is felt.
+#[inline(always)]
+pub(super) fn placed_for<V: Polygon + ?Sized>(viewport: Viewport, polygon: &V) -> Option<&Placed> {
+    match polygon.placed() {
+        Some(placed) if placed.viewport() == viewport => Some(placed),
+        _ => None,
+    }
+}
+
+/// Where vertex `i` lies, of a polygon that is placed so.
 #[inline(always)]
 pub(super) fn vertex_place<L: Simd, V: Polygon + ?Sized>(
     simd: L,
