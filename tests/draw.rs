@@ -448,6 +448,87 @@ fn draw_lists_of_meshes() {
     }
 }
 
+/// A polygon that owns the places of its vertices, and is made when it is asked for.
+struct Owner {
+    triangle: Small,
+    placed: Placed,
+}
+
+impl Polygon for Owner {
+    fn len(&self) -> usize {
+        3
+    }
+
+    fn attribute_count(&self) -> usize {
+        self.triangle.count
+    }
+
+    fn position(&self, i: usize) -> [f64; 4] {
+        self.triangle.positions[i]
+    }
+
+    fn attribute(&self, i: usize, k: usize) -> f32 {
+        self.triangle.attributes[i][k]
+    }
+
+    fn placed(&self) -> Option<&Placed> {
+        Some(&self.placed)
+    }
+}
+
+/// Small triangles placed for one viewport and another by turns.
+struct Owners([Viewport; 2]);
+
+impl Owners {
+    fn triangle(i: usize) -> Small {
+        let (x, y) = ((i % 20) as f64 * 0.09 - 0.9, (i / 20) as f64 * 0.09 - 0.9);
+        let corner = |dx: f64, dy: f64| [x + dx, y + dy, 0.5, 1.0];
+        let positions = [corner(0.0, 0.0), corner(0.04, 0.01), corner(0.01, 0.03)];
+        Small { positions, attributes: [[1.0, 2.0, 3.0]; 3], count: 2 }
+    }
+}
+
+impl Batch for Owners {
+    type Polygon<'a> = Owner;
+
+    fn len(&self) -> usize {
+        400
+    }
+
+    fn polygon(&self, i: usize) -> Owner {
+        let triangle = Self::triangle(i);
+        let mut placed = Placed::new(self.0[i % 2]);
+        placed.set(&triangle.positions, Simd::auto());
+        Owner { triangle, placed }
+    }
+}
+
+/// Places of another viewport are not used, wherever they lie in memory.
+#[test]
+fn draw_lists_of_polygons_that_own_their_places() {
+    let viewport = Viewport::new(0, 0, SIZE[0], SIZE[1]).expect("small");
+    let other = Viewport::new(0, 0, 2 * SIZE[0], SIZE[1]).expect("small");
+    let triangles: Vec<Small> = (0..400).map(Owners::triangle).collect();
+    let expected = drawn_of(viewport, triangles);
+    for viewports in [[viewport, other], [other, viewport], [other; 2]] {
+        assert!(drawn_of(viewport, Owners(viewports)) == expected);
+    }
+}
+
+fn drawn_of(viewport: Viewport, batch: impl Batch) -> Drawn {
+    let (mut picture, mut depths) = blank();
+    let screen = Screen {
+        target: Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size"),
+        depth: Some(Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size")),
+        clear: Some(([0; 3], 1.0)),
+    };
+    let mut frame = Frame::new(Tiler::new(viewport));
+    frame.set_parallel(false);
+    frame.draw(screen, &[&Polygons::new(batch, With(Three::default()))]);
+    assert!(frame.stats().pixels_shaded > 400);
+    bits((picture, depths))
+}
+
 /// Nothing to draw on, or nothing to draw.
 #[test]
 fn draw_lists_without_pixels_or_polygons() {
