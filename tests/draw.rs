@@ -89,13 +89,21 @@ fn one_by_one(tiler: &mut Tiler, polygons: &[Vec<Corner>]) -> Drawn {
 }
 
 fn in_a_list(frame: &mut Frame, polygons: &[Vec<Corner>]) -> Drawn {
+    list_of(frame, polygons, Numbered::<true>::default())
+}
+
+/// What is drawn of `batch`, on a canvas that is cleared first.
+fn list_of<S>(frame: &mut Frame, batch: &(impl Batch + ?Sized), shader: S) -> Drawn
+where
+    S: Shader<Pixel = [u32; 3]> + Clone + Sync,
+{
     let (mut picture, mut depths) = blank();
     let screen = Screen {
         target: Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size"),
         depth: Some(Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size")),
         clear: Some(([0; 3], 1.0)),
     };
-    frame.draw(screen, &[&Polygons::new(polygons, With(Numbered::<true>::default()))]);
+    frame.draw(screen, &[&Polygons::new(batch, With(shader))]);
     bits((picture, depths))
 }
 
@@ -434,17 +442,11 @@ fn draw_lists_of_meshes() {
         faces.iter().map(|face| face.map(|i| vertices[i as usize]).to_vec()).collect();
     let expected = one_by_one(&mut Tiler::new(viewport), &polygons);
     for (mesh, threads) in [(mesh(), 1), (mesh().with_placed(&placed), 1), (mesh(), 3)] {
-        let (mut picture, mut depths) = blank();
-        let screen = Screen {
-            target: Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size"),
-            depth: Some(Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size")),
-            clear: Some(([0; 3], 1.0)),
-        };
         let mut frame = Frame::new(Tiler::new(viewport));
         frame.set_parallel(threads > 1);
-        let call = Polygons::new(&mesh, With(Numbered::<true>::default()));
-        pool(threads).install(|| frame.draw(screen, &[&call]));
-        assert!(bits((picture, depths)) == expected, "{threads} threads");
+        let shader = Numbered::<true>::default();
+        let drawn = pool(threads).install(|| list_of(&mut frame, &mesh, shader));
+        assert!(drawn == expected, "{threads} threads");
     }
 }
 
@@ -509,24 +511,13 @@ fn draw_lists_of_polygons_that_own_their_places() {
     let viewport = Viewport::new(0, 0, SIZE[0], SIZE[1]).expect("small");
     let other = Viewport::new(0, 0, 2 * SIZE[0], SIZE[1]).expect("small");
     let triangles: Vec<Small> = (0..400).map(Owners::triangle).collect();
-    let expected = drawn_of(viewport, triangles);
-    for viewports in [[viewport, other], [other, viewport], [other; 2]] {
-        assert!(drawn_of(viewport, Owners(viewports)) == expected);
-    }
-}
-
-fn drawn_of(viewport: Viewport, batch: impl Batch) -> Drawn {
-    let (mut picture, mut depths) = blank();
-    let screen = Screen {
-        target: Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size"),
-        depth: Some(Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size")),
-        clear: Some(([0; 3], 1.0)),
-    };
     let mut frame = Frame::new(Tiler::new(viewport));
     frame.set_parallel(false);
-    frame.draw(screen, &[&Polygons::new(batch, With(Three::default()))]);
+    let expected = list_of(&mut frame, &triangles, Three::default());
     assert!(frame.stats().pixels_shaded > 400);
-    bits((picture, depths))
+    for viewports in [[viewport, other], [other, viewport], [other; 2]] {
+        assert!(list_of(&mut frame, &Owners(viewports), Three::default()) == expected);
+    }
 }
 
 /// Nothing to draw on, or nothing to draw.

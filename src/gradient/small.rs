@@ -36,9 +36,7 @@ impl SmallCorners {
 /// What is known of their pixels.
 #[derive(Debug, Default)]
 pub(crate) struct SmallSetups {
-    /// A bit for each lane: is it a triangle? Others hold anything.
-    filled: u8,
-    /// The same: can it be painted from this?
+    /// A bit for each lane: can it be painted from this?
     usual: u8,
     /// The same: does Q not change along rows, or along columns?
     still: [u8; 2],
@@ -135,12 +133,14 @@ impl LinearLanes {
 }
 
 impl SmallSetups {
-    /// All of them, of `corners` and of attributes whose values have been set.
+    /// All of them, of `corners` and of attributes whose values have been set; `lanes` are triangles, a
+    /// bit for each, and others hold anything.
     #[inline(always)]
     pub(crate) fn set<F: Number>(
         &mut self,
         level: F::Level,
         corners: &SmallCorners,
+        lanes: u8,
         viewport: Viewport,
     ) {
         let given = corners.load::<F>(level);
@@ -178,7 +178,7 @@ impl SmallSetups {
             let [a, b, c] = turn.turned([F::load(level, a), F::load(level, b), F::load(level, c)]);
             let same = a.same_bits(b) & a.same_bits(c) & (a * 0.0).eq(zero);
             attribute.same = F::bits(same);
-            if attribute.same & self.filled == self.filled {
+            if attribute.same & lanes == lanes {
                 a.store(&mut attribute.range[0]);
                 continue;
             }
@@ -190,12 +190,6 @@ impl SmallSetups {
             high.store(&mut attribute.range[1]);
             self.usual &= F::bits(usual | same);
         }
-    }
-
-    /// Says which lanes are triangles: a bit for each.
-    #[inline(always)]
-    pub(crate) fn fill(&mut self, lanes: u8) {
-        self.filled = lanes;
     }
 
     /// The first `count` attributes, whose values are to be set.
@@ -242,9 +236,11 @@ impl SmallSetups {
 
     /// Depth, and the magnitude below which it is in doubt; nothing if it is 0 all over.
     #[inline(always)]
-    pub(crate) fn depth(&self, lane: usize) -> Option<(Linear, f64)> {
+    pub(crate) fn depth(&self, lane: usize) -> Option<(Linear, f32)> {
         let lane = lane % EIGHT;
-        (self.flat_zero >> lane & 1 == 0).then(|| (self.depth.of(lane), self.doubtful_below[lane]))
+        // A hair above it, so that what rounds to a `f32` below is among them.
+        let limit = nearest_f32(self.doubtful_below[lane] * 1.001);
+        (self.flat_zero >> lane & 1 == 0).then_some((self.depth.of(lane), limit))
     }
 
     /// Q times the power of two that brings the least into 1..2.

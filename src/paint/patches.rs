@@ -62,11 +62,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
 
 /// The depths stored at the covered lanes of `patch`, where they are in the buffer.
 #[inline(always)]
-pub(super) fn stored_depths(
-    buffer: &DepthBuffer<'_>,
-    patch: Patch,
-    origin: [i32; 2],
-) -> [f32; BLOCK] {
+fn stored_depths(buffer: &DepthBuffer<'_>, patch: Patch, origin: [i32; 2]) -> [f32; BLOCK] {
     let columns = usize::from(patch.columns);
     let [x, y] = patch.place(0, origin);
     let (width, height) = buffer.dimensions();

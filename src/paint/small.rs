@@ -5,8 +5,7 @@ use alloc::vec::Vec;
 
 use fearless_simd::{Simd, SimdBase, SimdMask};
 
-use super::patches::stored_depths;
-use super::{Placement, passing_lanes};
+use super::Placement;
 use crate::depth::{DepthSource, DepthTest};
 use crate::gradient::nearest_f32;
 use crate::gradient::small::{SmallField, SmallSetups};
@@ -28,8 +27,8 @@ pub(crate) struct Small<'a> {
 static UNREAD: [f32; BLOCK] = [0.0; BLOCK];
 
 /// Paints `small`, whose patches have `LANES` at most: one patch, as most have, is compiled by itself,
-/// without loops, and a half of one with half of the lanes; offsets count from the pixel `anchor`. Returns how many pixels were shaded, or nothing, with
-/// nothing done, if a depth is too near to 0.
+/// without loops, and a half of one with half of the lanes; offsets count from the pixel `anchor`.
+/// Returns how many pixels were shaded, or nothing, with nothing done, if a depth is too near to 0.
 #[expect(clippy::too_many_arguments, reason = "a room's door: what comes in, and where to")]
 #[inline(always)]
 pub(crate) fn paint_small<const LANES: usize, L: Simd, S, T>(
@@ -74,8 +73,7 @@ where
             if let Some((function, doubtful_below)) = setups.depth(triangle) {
                 let at = if is_one { first } else { InPatch::new(simd, patch, anchor) };
                 let found = at.at(simd, function).narrow();
-                // A hair above it, so that what rounds to a `f32` below is among them.
-                let limit = Narrow::splat(simd, nearest_f32(doubtful_below * 1.001));
+                let limit = Narrow::splat(simd, doubtful_below);
                 if patch.mask & low_bits(found.abs().simd_lt(limit).to_bitmask()) != 0 {
                     return None;
                 }
@@ -85,13 +83,12 @@ where
                 *out = [0.0; BLOCK];
             }
         }
+    }
+    // Nothing is in doubt: from here on pixels may be stored.
+    for (i, mask) in masks.iter_mut().enumerate().take(count) {
         if let Some(buffer) = depth.as_deref_mut() {
-            if is_one {
-                *mask = test_pixels(buffer, patch, place, out, S::KEEPS_ALL);
-            } else {
-                let stored = stored_depths(buffer, patch, place.origin);
-                *mask &= passing_lanes(simd, place.test.compare, out, &stored);
-            }
+            let depths = lanes.get(i * stride)?;
+            *mask = test_pixels(buffer, patches.patch(i), place, depths, S::KEEPS_ALL);
         }
         passed |= *mask;
     }
@@ -162,7 +159,7 @@ where
             let [x, y] = patch.place(lane, place.origin);
             // A pixel at a time: nothing predicts how long a run is.
             target.write_pixel(x, y, pixels[lane]);
-            if !(is_one && S::KEEPS_ALL)
+            if !S::KEEPS_ALL
                 && let Some(buffer) = depth.as_deref_mut()
                 && place.test.write
             {
@@ -227,7 +224,7 @@ where
         depths[0] = match setups.depth(triangle) {
             Some((function, doubtful_below)) => {
                 let found = nearest_f32(function.c);
-                if found.abs() < nearest_f32(doubtful_below * 1.001) {
+                if found.abs() < doubtful_below {
                     return None;
                 }
                 clamp_number(found, [0.0, 1.0])

@@ -66,10 +66,51 @@ pub(super) struct Bunch {
     setups: SmallSetups,
 }
 
+/// What small triangles are set up for.
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    /// To compare their depths with bounds.
+    depths: bool,
+    /// To be painted, where nothing about them is unusual.
+    setups: bool,
+}
+
 impl Bunch {
     /// Bytes held elsewhere.
     pub(super) fn bytes(&self) -> usize {
         self.setups.bytes()
+    }
+
+    /// [`Looks::look`], compiled for the instruction set, and once.
+    #[inline(never)]
+    fn look_at_eight(&mut self, level: Level, scope: &Scope) {
+        let Self { looks, places, .. } = self;
+        dispatch!(level, simd => looks.look::<f64x8<_>>(simd, places, scope));
+    }
+
+    /// Sets up what is `asked`.
+    #[inline(always)]
+    fn set<F: Number>(
+        &mut self,
+        level: F::Level,
+        asked: Asked,
+        source: DepthSource,
+        viewport: Viewport,
+    ) {
+        let Self { filled, corners, depths, setups, .. } = self;
+        if asked.depths {
+            depths.set::<F>(level, corners, source, viewport);
+        }
+        if asked.setups {
+            let lanes = u8::MAX >> (EIGHT - (*filled).clamp(1, EIGHT));
+            setups.set::<F>(level, corners, lanes, viewport);
+        }
+    }
+
+    /// The same, compiled for the instruction set, and once.
+    #[inline(never)]
+    fn set_eight(&mut self, level: Level, asked: Asked, source: DepthSource, viewport: Viewport) {
+        dispatch!(level, simd => self.set::<f64x8<_>>(simd, asked, source, viewport));
     }
 }
 
@@ -130,8 +171,10 @@ impl Tiler {
             }
             places.within |= u8::from(within) << lane;
         }
-        if looks.start(places) {
-            look::<LANES>(self.simd.0, looks, places, scope);
+        match LANES {
+            _ if !looks.start(places) => {}
+            1 => looks.look::<f64>((), places, scope),
+            _ => self.bunch.look_at_eight(self.simd.0, scope),
         }
     }
 
@@ -201,24 +244,26 @@ impl Tiler {
     {
         let DepthTest { compare, write, source } = self.depth_test;
         let source = depth.is_some().then_some(source);
-        let serves =
-            self.precision == Precision::Fast && self.all_perspective && serves::<S>(source);
+        let asked = Asked {
+            depths: depth.as_deref().is_some_and(DepthBuffer::has_bounds),
+            setups: self.precision == Precision::Fast
+                && self.all_perspective
+                && serves::<S>(source),
+        };
+        if !(asked.depths || asked.setups) {
+            let found = self.bunch.found[k % BUNCH];
+            return self.draw_unusual(&several.polygon(k), &found, shader, target, depth);
+        }
         if self.bunch.lane == self.bunch.filled {
-            let wanted = serves.then_some(S::INPUTS.attributes);
-            let bounded = depth.as_deref().is_some_and(DepthBuffer::has_bounds);
-            if bounded || serves {
-                self.set_up::<LANES, _>(several, k, wanted, bounded);
-            }
+            self.set_up::<LANES, _>(several, k, S::INPUTS.attributes, asked);
         }
         let lane = self.bunch.lane % EIGHT;
-        if self.bunch.filled > 0 {
-            self.bunch.lane += 1;
-        }
+        self.bunch.lane += 1;
         let place = self.placement();
         let Bunch { found, depths, setups, .. } = &mut self.bunch;
         let found = &found[k % BUNCH];
-        if let Some(buffer) = depth.as_deref_mut()
-            && buffer.has_bounds()
+        if asked.depths
+            && let Some(buffer) = depth.as_deref_mut()
             && let Some(area) = Area::new(found.bounds.intersect(window), self.origin)
         {
             let (hides, count) = (self.hides, write.then_some(found.pixels));
@@ -226,7 +271,7 @@ impl Tiler {
                 return Outcome::Hidden;
             }
         }
-        if serves && setups.is_usual(lane) {
+        if asked.setups && setups.is_usual(lane) {
             let small = Small { patches: &found.patches, setups, lane };
             let (lanes, drawn) = (&mut self.scratch.attributes, depth.as_deref_mut());
             let anchor = found.middle().map(|(pixel, _)| pixel);
@@ -253,20 +298,18 @@ impl Tiler {
         self.draw_unusual(&several.polygon(k), &found, shader, target, depth)
     }
 
-    /// Sets up those from polygon `first` on that cover pixels, as many as there are lanes; with so
-    /// many attributes, if any of that serves, and with bounds of their depths, if there are `bounded` ones
-    /// to compare them with.
+    /// Sets up what is `asked` of those from polygon `first` on that cover pixels, as many as there are
+    /// lanes, with `most` attributes at most.
     #[inline(always)]
     fn set_up<const LANES: usize, P: Several>(
         &mut self,
         several: &P,
         first: usize,
-        wanted: Option<usize>,
-        bounded: bool,
+        most: usize,
+        asked: Asked,
     ) {
-        let Bunch { count, sights, found, filled, lane, corners, depths, setups, .. } =
-            &mut self.bunch;
-        let most = wanted.unwrap_or(0);
+        let Bunch { count, sights, found, corners, setups, .. } = &mut self.bunch;
+        let most = if asked.setups { most } else { 0 };
         let n = several.polygon(first).attribute_count().min(most);
         let attributes = setups.attributes_mut(n);
         let (mut lanes, mut odd) = (0, 0);
@@ -296,16 +339,13 @@ impl Tiler {
                 }
             }
         }
-        (*filled, *lane) = (lanes, 0);
-        setups.fill(u8::MAX >> (EIGHT - lanes.clamp(1, EIGHT)));
-        let (level, source, viewport) = (self.simd.0, self.depth_test.source, self.viewport);
-        if bounded {
-            set_depths::<LANES>(level, depths, corners, source, viewport);
+        (self.bunch.filled, self.bunch.lane) = (lanes, 0);
+        let (source, viewport) = (self.depth_test.source, self.viewport);
+        match LANES {
+            1 => self.bunch.set::<f64>((), asked, source, viewport),
+            _ => self.bunch.set_eight(self.simd.0, asked, source, viewport),
         }
-        if wanted.is_some() {
-            set_up::<LANES>(level, setups, corners, viewport);
-            setups.give_up(odd);
-        }
+        self.bunch.setups.give_up(odd);
     }
 
     /// Draws the small triangle that was `found`, whatever is unusual about it.
@@ -330,67 +370,6 @@ impl Tiler {
         let taken = Taken { exponent, w, seen: found.bounds, whole: true };
         self.scratch.is_set_up = false;
         self.fill(polygon, Seen::Small(found, &given, taken), found.into(), shader, target, depth)
-    }
-}
-
-/// [`Looks::look`]: at eight compiled once for an instruction set.
-#[inline(always)]
-fn look<const LANES: usize>(level: Level, looks: &mut Looks, places: &Places, scope: &Scope) {
-    #[inline(never)]
-    fn at_eight(level: Level, looks: &mut Looks, places: &Places, scope: &Scope) {
-        dispatch!(level, simd => looks.look::<f64x8<_>>(simd, places, scope));
-    }
-    match LANES {
-        1 => looks.look::<f64>((), places, scope),
-        _ => at_eight(level, looks, places, scope),
-    }
-}
-
-/// [`SmallDepths::set`], likewise.
-#[inline(always)]
-fn set_depths<const LANES: usize>(
-    level: Level,
-    depths: &mut SmallDepths,
-    corners: &SmallCorners,
-    source: DepthSource,
-    viewport: Viewport,
-) {
-    #[inline(never)]
-    fn of_eight(
-        level: Level,
-        depths: &mut SmallDepths,
-        corners: &SmallCorners,
-        source: DepthSource,
-        viewport: Viewport,
-    ) {
-        dispatch!(level, simd => depths.set::<f64x8<_>>(simd, corners, source, viewport));
-    }
-    match LANES {
-        1 => depths.set::<f64>((), corners, source, viewport),
-        _ => of_eight(level, depths, corners, source, viewport),
-    }
-}
-
-/// [`SmallSetups::set`], likewise.
-#[inline(always)]
-fn set_up<const LANES: usize>(
-    level: Level,
-    setups: &mut SmallSetups,
-    corners: &SmallCorners,
-    viewport: Viewport,
-) {
-    #[inline(never)]
-    fn of_eight(
-        level: Level,
-        setups: &mut SmallSetups,
-        corners: &SmallCorners,
-        viewport: Viewport,
-    ) {
-        dispatch!(level, simd => setups.set::<f64x8<_>>(simd, corners, viewport));
-    }
-    match LANES {
-        1 => setups.set::<f64>((), corners, viewport),
-        _ => of_eight(level, setups, corners, viewport),
     }
 }
 
