@@ -326,8 +326,16 @@ impl<S: Simd> Prepared<S> {
     }
 
     /// The same where not all go by their block: `q` is too small for some.
-    #[inline(always)]
+    #[inline(never)]
     fn find_each(&self, simd: S, count: usize, middle: f64, q: f64, lanes: &mut [[f32; BLOCK]]) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.each_lane(simd, count, middle, q, lanes),
+        );
+    }
+
+    #[inline(always)]
+    fn each_lane(&self, simd: S, count: usize, middle: f64, q: f64, lanes: &mut [[f32; BLOCK]]) {
         let mut r = Narrow::splat(simd, 1.0);
         match self.divided {
             Divided::ByRow if self.narrow => {
@@ -354,8 +362,24 @@ impl<S: Simd> Prepared<S> {
     }
 
     /// The same of strict attributes.
-    #[inline(always)]
+    #[inline(never)]
     fn find_strict(
+        &self,
+        simd: S,
+        count: usize,
+        middle: f64,
+        masks: &[u16],
+        lanes: &mut [[f32; BLOCK]],
+        undecided: &mut [u16; AHEAD],
+    ) -> usize {
+        simd.vectorize(
+            #[inline(always)]
+            || self.strict_lanes(simd, count, middle, masks, lanes, undecided),
+        )
+    }
+
+    #[inline(always)]
+    fn strict_lanes(
         &self,
         simd: S,
         count: usize,

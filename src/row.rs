@@ -141,8 +141,17 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
         self.attributes == Attributes::Here
     }
 
-    #[inline(always)]
+    /// Once a row, and so out of line: it is the same for every shader.
+    #[inline(never)]
     fn prepare_row(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
+        self.walker.simd.vectorize(
+            #[inline(always)]
+            || self.prepare_here(lanes),
+        );
+    }
+
+    #[inline(always)]
+    fn prepare_here(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
         let simd = self.walker.simd;
         if self.attributes == Attributes::Unknown {
             self.walker.need_attributes(lanes);

@@ -235,15 +235,17 @@ fn draw_lists_leave_out_what_is_hidden_in_the_end() {
     left_out.report("lists of which something was left out", cases / 4);
 }
 
-fn draw_calls(frame: &mut Frame, screen: Colours<'_>, calls: &Calls) {
-    let call = |(polygons, holes): &(Vec<Vec<Corner>>, bool)| -> Box<dyn Call<Colours<'_>>> {
-        let polygons = polygons.clone();
+fn draw_calls<'a>(frame: &mut Frame, screen: Colours<'a>, calls: &'a Calls) {
+    fn call<'a>(
+        (polygons, holes): &'a (Vec<Vec<Corner>>, bool),
+    ) -> Box<dyn Call<Colours<'a>> + 'a> {
+        let polygons = polygons.as_slice();
         if *holes {
             Box::new(Polygons::new(polygons, With(Numbered::<true>::default())))
         } else {
             Box::new(Polygons::new(polygons, With(Numbered::<false>::default())))
         }
-    };
+    }
     let list: Vec<_> = calls.iter().map(call).collect();
     let list: Vec<&dyn Call<Colours<'_>>> = list.iter().map(|call| &**call).collect();
     frame.draw(screen, &list);
@@ -513,7 +515,7 @@ fn draw_lists_of_polygons_that_own_their_places() {
     let triangles: Vec<Small> = (0..400).map(Owners::triangle).collect();
     let mut frame = Frame::new(Tiler::new(viewport));
     frame.set_parallel(false);
-    let expected = list_of(&mut frame, &triangles, Three::default());
+    let expected = list_of(&mut frame, triangles.as_slice(), Three::default());
     assert!(frame.stats().pixels_shaded > 400);
     for viewports in [[viewport, other], [other, viewport], [other; 2]] {
         assert!(list_of(&mut frame, &Owners(viewports), Three::default()) == expected);

@@ -13,6 +13,7 @@
 mod bins;
 mod call;
 mod canvas;
+mod listed;
 mod occlude;
 mod run;
 

@@ -1,8 +1,9 @@
 //! Who does what: chunks are sorted and bands are drawn by one thread, or by those of a pool.
 
 use super::bins::{Bins, Entries};
-use super::call::{Call, Painting, Sorting};
+use super::call::{Call, Painting};
 use super::canvas::Canvas;
+use super::listed::Sorting;
 use super::occlude::Limits;
 use super::{Bands, Chunk, Hand, ROW_STEP};
 use crate::depth::Occluders;

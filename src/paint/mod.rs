@@ -113,8 +113,9 @@ struct BlockAt<'a> {
 impl<S: Shader> Brush<'_, S> {
     /// Finds and shades the lanes of `block`, and tells which are kept.
     #[inline(always)]
-    fn shade(
+    fn shade<L: Simd>(
         &mut self,
+        simd: L,
         values: &mut impl Values,
         block: BlockAt<'_>,
         pixels: &mut [S::Pixel; BLOCK],
@@ -122,8 +123,25 @@ impl<S: Shader> Brush<'_, S> {
         self.shaded += u64::from(block.mask.count_ones());
         self.lanes.find(S::INPUTS, values, block);
         let attributes = &self.lanes.attributes[..values.attribute_count()];
-        let kept = self.shader.shade(&self.lanes.block(block, attributes), pixels);
+        let kept = shade_apart(simd, self.shader, &self.lanes.block(block, attributes), pixels);
         if S::KEEPS_ALL { block.mask } else { kept & block.mask }
+    }
+
+    /// [`paint_block`](Self::paint_block), out of line.
+    #[inline(never)]
+    fn paint_block_apart<L: Simd>(
+        &mut self,
+        simd: L,
+        block: BlockAt<'_>,
+        attributes: Range<usize>,
+        tested: &[f32; BLOCK],
+        pixels: &mut [S::Pixel; BLOCK],
+        stored: Option<&mut [f32; BLOCK]>,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.paint_block(simd, block, attributes, tested, pixels, stored),
+        );
     }
 
     /// Shades `block` in the target's row: `attributes` are those of its values among all, `tested` is
@@ -154,6 +172,20 @@ impl<S: Shader> Brush<'_, S> {
             store_lanes(simd, mask, tested, stored);
         }
     }
+}
+
+/// Shades `block`, out of line: what is seldom done need not be compiled wherever it is done.
+#[inline(never)]
+fn shade_apart<L: Simd, S: Shader>(
+    simd: L,
+    shader: &mut S,
+    block: &Block<'_>,
+    pixels: &mut [S::Pixel; BLOCK],
+) -> u16 {
+    simd.vectorize(
+        #[inline(always)]
+        || shader.shade(block, pixels),
+    )
 }
 
 /// A block's values.

@@ -10,32 +10,56 @@ use crate::depth::{DepthSource, DepthTest};
 use crate::gradient::nearest_f32;
 use crate::gradient::small::{SmallField, SmallSetups};
 use crate::lanes::{Narrow, clamp_numbers, low_bits};
-use crate::patch::{MOST, Patch, Patches};
+use crate::patch::{MOST, Patch};
 use crate::shade::{BLOCK, Block, Shader};
 use crate::span::InPatch;
 use crate::target::{DepthBuffer, Target};
+use crate::triangle::InView;
 
 /// A small triangle that is set up.
 pub(crate) struct Small<'a> {
-    pub(crate) patches: &'a Patches,
+    pub(crate) found: &'a InView,
     pub(crate) setups: &'a SmallSetups,
     /// Which of them is its own.
     pub(crate) lane: usize,
+    pub(crate) place: Placement,
 }
 
 /// No shader that reads 1/w or w comes here.
 static UNREAD: [f32; BLOCK] = [0.0; BLOCK];
 
-/// Paints `small`, whose patches have `LANES` at most: one patch, as most have, is compiled by itself,
-/// without loops, and a half of one with half of the lanes; offsets count from the pixel `anchor`.
-/// Returns how many pixels were shaded, or nothing, with nothing done, if a depth is too near to 0.
-#[expect(clippy::too_many_arguments, reason = "a room's door: what comes in, and where to")]
+/// Paints `small`. Returns how many pixels were shaded, or nothing, with nothing done, if a depth is too
+/// near to 0.
+///
+/// It is a function of its own for each shader and target, and not for each type of polygon, too.
 #[inline(always)]
-pub(crate) fn paint_small<const LANES: usize, L: Simd, S, T>(
+pub(crate) fn paint<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
+    simd: L,
+    small: Small<'_>,
+    lanes: &mut Vec<[f32; BLOCK]>,
+    shader: &mut S,
+    target: &mut T,
+    depth: Option<&mut DepthBuffer<'_>>,
+) -> Option<u64> {
+    simd.vectorize(
+        #[inline(always)]
+        move || match small.found.patches.lanes() {
+            1 => paint_pixel(&small, lanes, shader, target, depth),
+            2..=8 => paint_small::<8, _, _, _>(simd, &small, lanes, shader, target, depth),
+            9..=BLOCK => paint_small::<BLOCK, _, _, _>(simd, &small, lanes, shader, target, depth),
+            _ => {
+                paint_small::<{ MOST * BLOCK }, _, _, _>(simd, &small, lanes, shader, target, depth)
+            }
+        },
+    )
+}
+
+/// [`paint`] where patches have `LANES` at most: one patch, as most have, is compiled by itself, without
+/// loops, and a half of one with half of the lanes.
+#[inline(always)]
+fn paint_small<const LANES: usize, L: Simd, S, T>(
     simd: L,
     small: &Small<'_>,
-    anchor: [i32; 2],
-    place: &Placement,
     lanes: &mut Vec<[f32; BLOCK]>,
     shader: &mut S,
     target: &mut T,
@@ -45,7 +69,10 @@ where
     S: Shader,
     T: Target<Pixel = S::Pixel>,
 {
-    let Small { patches, setups, lane: triangle } = *small;
+    let Small { found, setups, lane: triangle, place } = small;
+    let (patches, triangle) = (&found.patches, *triangle);
+    // Offsets count from here.
+    let anchor = found.middle().map(|(pixel, _)| pixel);
     let n = setups.count();
     // For each patch its depths, 1/Q, and its attributes.
     let stride = n + 2;
@@ -200,9 +227,8 @@ fn test_pixels(
 /// The same of a triangle whose bounding box has one pixel, which is covered: offsets count from there, so
 /// that nothing changes from pixel to pixel.
 #[inline(always)]
-pub(crate) fn paint_pixel<S, T>(
+fn paint_pixel<S, T>(
     small: &Small<'_>,
-    place: &Placement,
     lanes: &mut Vec<[f32; BLOCK]>,
     shader: &mut S,
     target: &mut T,
@@ -212,13 +238,14 @@ where
     S: Shader,
     T: Target<Pixel = S::Pixel>,
 {
-    let Small { patches, setups, lane: triangle } = *small;
+    let Small { found, setups, lane: triangle, place } = small;
+    let triangle = *triangle;
     let n = setups.count();
     if lanes.len() < n + 1 {
         lanes.resize(n + 1, [0.0; BLOCK]);
     }
     let [depths, attributes @ ..] = lanes.as_mut_slice() else { return None };
-    let patch = patches.patch(0);
+    let patch = found.patches.patch(0);
     let [x, y] = patch.place(0, place.origin);
     if depth.is_some() || S::INPUTS.depth {
         depths[0] = match setups.depth(triangle) {

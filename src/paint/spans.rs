@@ -209,7 +209,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                     let block = BlockAt { first, columns: 16, span: Some(row.span), mask: *mask };
                     let attributes = i * stride..i * stride + count;
                     let stored = stored.get_mut(done + i);
-                    self.brush.paint_block(simd, block, attributes, found, pixels, stored);
+                    self.brush.paint_block_apart(simd, block, attributes, found, pixels, stored);
                 }
             }
             if some == 0 {
@@ -249,7 +249,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         let first = [row.column_at(i), row.first[1]];
         let block = BlockAt { first, columns: 16, span: Some(row.span), mask };
         let mut pixels = [S::Pixel::default(); BLOCK];
-        let mut left = self.brush.shade(walker, block, &mut pixels);
+        let mut left = self.brush.shade(walker.simd(), walker, block, &mut pixels);
         while left != 0 {
             let first = left.trailing_zeros();
             let count = (left >> first).trailing_ones();

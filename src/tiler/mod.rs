@@ -35,7 +35,7 @@ mod tiles;
 pub use settings::{Cull, Precision};
 
 use scan::{Counts, Taken, may_be_packed, pack};
-use small::{Bunch, One};
+use small::{Asked, Bunch, Next, One};
 use tiles::TestedSpans;
 
 /// Draws polygons: holds the viewport, the settings, the counts and the buffers that are reused
@@ -108,7 +108,7 @@ impl Tiler {
         polygon: &V,
         shader: &mut S,
         target: &mut T,
-        depth: Option<&mut DepthBuffer<'_>>,
+        mut depth: Option<&mut DepthBuffer<'_>>,
     ) -> Outcome
     where
         V: Polygon + ?Sized,
@@ -116,17 +116,37 @@ impl Tiler {
         T: Target<Pixel = S::Pixel>,
     {
         let window = self.window(target.size(), depth.as_deref());
+        // As draw lists have it, so that what is compiled for them serves here.
+        let target = &mut &mut *target;
         let outcome = if subnormal::are_kept() {
+            let asked = self.asked::<S>(depth.as_deref());
+            let next = self.look_at_one(polygon, window, asked, depth.as_deref_mut());
             dispatch!(self.simd.0, simd => {
-                let one = One(polygon);
-                self.look_at::<1, _, _>(simd, &one, 1, window);
-                self.draw_next::<1, _, _, _, _>(simd, &one, 0, window, shader, target, depth)
+                self.follow(simd, next, &One(polygon), 0, window, shader, target, depth)
             })
         } else {
             Outcome::Refused
         };
         self.stats.count(outcome);
         outcome
+    }
+
+    /// Looks at `polygon`, and finds out what is next.
+    ///
+    /// It is compiled for each type of polygon, and not for each shader, too.
+    #[inline(never)]
+    fn look_at_one<V: Polygon + ?Sized>(
+        &mut self,
+        polygon: &V,
+        window: PixelRect,
+        asked: Asked,
+        depth: Option<&mut DepthBuffer<'_>>,
+    ) -> Next {
+        dispatch!(self.simd.0, simd => {
+            let one = One(polygon);
+            self.look_at::<1, _, _>(simd, &one, 1, window);
+            self.next::<1, _, _>(simd, &one, 0, window, asked, depth)
+        })
     }
 
     /// Draws any polygon, by its spans.

@@ -13,10 +13,9 @@ use crate::depth::{DepthSource, DepthTest};
 use crate::gradient::small::{SmallCorners, SmallSetups};
 use crate::hidden::Area;
 use crate::number::{EIGHT, Number};
-use crate::paint::small::{Small, paint_pixel, paint_small, serves};
-use crate::patch::MOST;
+use crate::paint::small::{Small, paint, serves};
 use crate::polygon::Polygon;
-use crate::shade::{BLOCK, Shader};
+use crate::shade::Shader;
 use crate::space::{PixelRect, Viewport};
 use crate::target::{DepthBuffer, Target};
 use crate::triangle::{InView, Looks, Places, Scope, Sight};
@@ -68,11 +67,23 @@ pub(super) struct Bunch {
 
 /// What small triangles are set up for.
 #[derive(Clone, Copy, Debug)]
-struct Asked {
+pub(crate) struct Asked {
     /// To compare their depths with bounds.
     depths: bool,
-    /// To be painted, where nothing about them is unusual.
+    /// To be painted, where nothing about them is unusual: with so many attributes at most.
     setups: bool,
+    most: usize,
+}
+
+/// What is to be done with a polygon that was looked at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Next {
+    /// Nothing more.
+    Done(Outcome),
+    /// It is to be drawn by its spans.
+    Spans,
+    /// It is a small triangle: to be painted, if it was set up in this lane and is usual.
+    Small(Option<usize>),
 }
 
 impl Bunch {
@@ -190,46 +201,86 @@ impl Tiler {
         }
     }
 
-    /// Draws polygon `k` of `several`, all of which have been looked at; those before it have been drawn.
-    #[expect(clippy::too_many_arguments, reason = "those of `draw`, and which")]
+    /// What shaders of the type `S` ask for, with a depth test or without.
     #[inline(always)]
-    pub(crate) fn draw_next<const LANES: usize, L: Simd, P, S, T>(
+    pub(crate) fn asked<S: Shader>(&self, depth: Option<&DepthBuffer<'_>>) -> Asked {
+        let source = depth.is_some().then_some(self.depth_test.source);
+        Asked {
+            depths: depth.is_some_and(DepthBuffer::has_bounds),
+            setups: self.precision == Precision::Fast
+                && self.all_perspective
+                && serves::<S>(source),
+            most: S::INPUTS.attributes,
+        }
+    }
+
+    /// What is next for polygon `k` of `several`, all of which have been looked at; those before it have
+    /// been drawn.
+    #[inline(always)]
+    pub(crate) fn next<const LANES: usize, L: Simd, P: Several>(
         &mut self,
         simd: L,
         several: &P,
         k: usize,
         window: PixelRect,
-        shader: &mut S,
-        target: &mut T,
-        mut depth: Option<&mut DepthBuffer<'_>>,
-    ) -> Outcome
-    where
-        P: Several,
-        S: Shader,
-        T: Target<Pixel = S::Pixel>,
-    {
+        asked: Asked,
+        depth: Option<&mut DepthBuffer<'_>>,
+    ) -> Next {
         match self.bunch.sights[k % BUNCH] {
-            Sight::Degenerate => Outcome::Degenerate,
-            Sight::Away => Outcome::Backface,
-            Sight::Nothing => Outcome::Drawn,
+            Sight::Degenerate => Next::Done(Outcome::Degenerate),
+            Sight::Away => Next::Done(Outcome::Backface),
+            Sight::Nothing => Next::Done(Outcome::Drawn),
             Sight::Elsewhere => {
-                let polygon = several.polygon(k);
-                if self.is_hidden_in_view(simd, &polygon, window, depth.as_deref_mut()) {
-                    return Outcome::Hidden;
+                if self.is_hidden_in_view(simd, &several.polygon(k), window, depth) {
+                    Next::Done(Outcome::Hidden)
+                } else {
+                    Next::Spans
                 }
-                self.draw_any(&polygon, window, shader, target, depth)
             }
-            Sight::Pixels => self
-                .draw_small::<LANES, _, _, _, _>(simd, several, k, window, shader, target, depth),
+            Sight::Pixels => self.next_small::<LANES, _>(several, k, window, asked, depth),
         }
     }
 
     /// The same of a small triangle that covers pixels.
+    #[inline(always)]
+    fn next_small<const LANES: usize, P: Several>(
+        &mut self,
+        several: &P,
+        k: usize,
+        window: PixelRect,
+        asked: Asked,
+        depth: Option<&mut DepthBuffer<'_>>,
+    ) -> Next {
+        if !(asked.depths || asked.setups) {
+            return Next::Small(None);
+        }
+        if self.bunch.lane == self.bunch.filled {
+            self.set_up::<LANES, _>(several, k, asked);
+        }
+        let lane = self.bunch.lane % EIGHT;
+        self.bunch.lane += 1;
+        let DepthTest { compare, write, .. } = self.depth_test;
+        let Bunch { found, depths, setups, .. } = &mut self.bunch;
+        let found = &found[k % BUNCH];
+        if asked.depths
+            && let Some(buffer) = depth
+            && let Some(area) = Area::new(found.bounds.intersect(window), self.origin)
+        {
+            let (hides, count) = (self.hides, write.then_some(found.pixels));
+            if buffer.hides_or_takes(area, depths.of(lane), compare, hides, count) {
+                return Next::Done(Outcome::Hidden);
+            }
+        }
+        Next::Small((asked.setups && setups.is_usual(lane)).then_some(lane))
+    }
+
+    /// Does what is `next` for polygon `k` of `several`, all of which have been looked at.
     #[expect(clippy::too_many_arguments, reason = "those of `draw`, and which")]
     #[inline(always)]
-    fn draw_small<const LANES: usize, L: Simd, P, S, T>(
+    pub(crate) fn follow<L: Simd, P, S, T>(
         &mut self,
         simd: L,
+        next: Next,
         several: &P,
         k: usize,
         window: PixelRect,
@@ -242,53 +293,22 @@ impl Tiler {
         S: Shader,
         T: Target<Pixel = S::Pixel>,
     {
-        let DepthTest { compare, write, source } = self.depth_test;
-        let source = depth.is_some().then_some(source);
-        let asked = Asked {
-            depths: depth.as_deref().is_some_and(DepthBuffer::has_bounds),
-            setups: self.precision == Precision::Fast
-                && self.all_perspective
-                && serves::<S>(source),
-        };
-        if !(asked.depths || asked.setups) {
-            let found = self.bunch.found[k % BUNCH];
-            return self.draw_unusual(&several.polygon(k), &found, shader, target, depth);
-        }
-        if self.bunch.lane == self.bunch.filled {
-            self.set_up::<LANES, _>(several, k, S::INPUTS.attributes, asked);
-        }
-        let lane = self.bunch.lane % EIGHT;
-        self.bunch.lane += 1;
-        let place = self.placement();
-        let Bunch { found, depths, setups, .. } = &mut self.bunch;
-        let found = &found[k % BUNCH];
-        if asked.depths
-            && let Some(buffer) = depth.as_deref_mut()
-            && let Some(area) = Area::new(found.bounds.intersect(window), self.origin)
-        {
-            let (hides, count) = (self.hides, write.then_some(found.pixels));
-            if buffer.hides_or_takes(area, depths.of(lane), compare, hides, count) {
-                return Outcome::Hidden;
+        let lane = match next {
+            Next::Done(outcome) => return outcome,
+            Next::Spans => {
+                return self.draw_any(&several.polygon(k), window, shader, target, depth);
             }
-        }
-        if asked.setups && setups.is_usual(lane) {
-            let small = Small { patches: &found.patches, setups, lane };
-            let (lanes, drawn) = (&mut self.scratch.attributes, depth.as_deref_mut());
-            let anchor = found.middle().map(|(pixel, _)| pixel);
-            let shaded = match found.patches.lanes() {
-                1 => paint_pixel(&small, &place, lanes, shader, target, drawn),
-                2..=8 => paint_small::<8, _, _, _>(
-                    simd, &small, anchor, &place, lanes, shader, target, drawn,
-                ),
-                9..=BLOCK => paint_small::<BLOCK, _, _, _>(
-                    simd, &small, anchor, &place, lanes, shader, target, drawn,
-                ),
-                _ => paint_small::<{ MOST * BLOCK }, _, _, _>(
-                    simd, &small, anchor, &place, lanes, shader, target, drawn,
-                ),
-            };
+            Next::Small(lane) => lane,
+        };
+        let place = self.placement();
+        let Bunch { found, setups, .. } = &self.bunch;
+        let found = &found[k % BUNCH];
+        if let Some(lane) = lane {
+            let small = Small { found, setups, lane, place };
+            let lanes = &mut self.scratch.attributes;
+            let shaded = paint(simd, small, lanes, shader, target, depth.as_deref_mut());
             if let Some(shaded) = shaded {
-                self.stats.constant_w.count(small.setups.constant(lane));
+                self.stats.constant_w.count(setups.constant(lane));
                 let counts = found.into();
                 self.count_pixels(counts, shaded);
                 return Outcome::Drawn;
@@ -299,17 +319,11 @@ impl Tiler {
     }
 
     /// Sets up what is `asked` of those from polygon `first` on that cover pixels, as many as there are
-    /// lanes, with `most` attributes at most.
+    /// lanes.
     #[inline(always)]
-    fn set_up<const LANES: usize, P: Several>(
-        &mut self,
-        several: &P,
-        first: usize,
-        most: usize,
-        asked: Asked,
-    ) {
+    fn set_up<const LANES: usize, P: Several>(&mut self, several: &P, first: usize, asked: Asked) {
         let Bunch { count, sights, found, corners, setups, .. } = &mut self.bunch;
-        let most = if asked.setups { most } else { 0 };
+        let most = if asked.setups { asked.most } else { 0 };
         let n = several.polygon(first).attribute_count().min(most);
         let attributes = setups.attributes_mut(n);
         let (mut lanes, mut odd) = (0, 0);

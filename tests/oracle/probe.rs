@@ -119,13 +119,7 @@ pub(crate) fn draw_with<V: Polygon + ?Sized>(
     let (width, height) = view.size();
     let mut sheet = Sheet::<u32>::new(width, height);
     let mut seen = Vec::new();
-    let mut record = |f: &Fragment<'_>| {
-        let attributes = (0..f.attribute_count()).map(|k| f.attribute(k).to_bits()).collect();
-        let (depth, inv_w, w) = (f.depth().to_bits(), f.inv_w().to_bits(), f.w().to_bits());
-        seen.push(((f.y(), f.x()), Seen { depth, inv_w, w, attributes }));
-        u32::try_from(seen.len()).expect("few pixels")
-    };
-    let outcome = tiler.draw(polygon, &mut record, &mut sheet, None);
+    let outcome = tiler.draw(polygon, &mut recorder(&mut seen), &mut sheet, None);
     // Each was written where it was shaded, and all that were shaded were written.
     for (place, number) in sheet.pixels.iter().enumerate().filter_map(|(i, p)| Some((i, (*p)?))) {
         let (row, column) = (place / width as usize, place % width as usize);
@@ -135,6 +129,17 @@ pub(crate) fn draw_with<V: Polygon + ?Sized>(
     }
     assert_eq!(sheet.pixels.iter().flatten().count(), seen.len(), "shaded, but not written");
     (outcome, seen.into_iter().collect())
+}
+
+/// Records what it sees, and shades the pixels with their numbers, from 1 on. Every closure is a type of
+/// its own, for which much is compiled: this is one, whatever the polygon.
+fn recorder(seen: &mut Vec<((i32, i32), Seen)>) -> impl FnMut(&Fragment<'_>) -> u32 {
+    |f| {
+        let attributes = (0..f.attribute_count()).map(|k| f.attribute(k).to_bits()).collect();
+        let (depth, inv_w, w) = (f.depth().to_bits(), f.inv_w().to_bits(), f.w().to_bits());
+        seen.push(((f.y(), f.x()), Seen { depth, inv_w, w, attributes }));
+        u32::try_from(seen.len()).expect("few pixels")
+    }
 }
 
 /// Which pixels `polygon` covers.

@@ -1,0 +1,212 @@
+//! Polygons of a batch, some at a time: sorted, or drawn.
+//!
+//! What depends on neither paint nor canvas is compiled once for each type of batch, and drawing once
+//! for all ways to it.
+
+use core::ops::Range;
+
+use fearless_simd::dispatch;
+
+use super::bins::{Bins, Entry};
+use crate::batch::Batch;
+use crate::depth::Occluders;
+use crate::number::EIGHT;
+use crate::shade::Shader;
+use crate::space::PixelRect;
+use crate::stats::{FaceCount, Outcome, Stats};
+use crate::subnormal;
+use crate::target::{DepthBuffer, Target};
+use crate::tiler::Tiler;
+use crate::tiler::keep::{Keep, Kept};
+use crate::tiler::small::{BUNCH, Several};
+
+/// Polygons of a batch, [`BUNCH`] at most.
+pub(super) struct Listed<'a, B: ?Sized> {
+    pub(super) batch: &'a B,
+    /// What their numbers count from.
+    pub(super) first: usize,
+    /// So many of these.
+    pub(super) count: usize,
+    pub(super) entries: &'a [Entry; BUNCH],
+}
+
+/// One after the other.
+static IN_ORDER: [Entry; BUNCH] = {
+    let mut entries = [Entry { polygon: 0, is_first_band: true, kept: None }; BUNCH];
+    let mut k = 0;
+    while k < BUNCH {
+        entries[k].polygon = k;
+        k += 1;
+    }
+    entries
+};
+
+/// What polygons are sorted with.
+#[derive(Debug)]
+pub struct Sorting<'a> {
+    pub(super) tiler: &'a mut Tiler,
+    pub(super) bins: &'a mut Bins,
+    pub(super) window: PixelRect,
+    pub(super) occluders: Option<&'a Occluders>,
+}
+
+/// Which pass over a batch this is.
+pub(super) enum Pass<'a> {
+    /// The only one: every polygon is counted.
+    Only(&'a mut FaceCount),
+    /// That over what was sorted into a band.
+    Band {
+        keep: &'a mut Keep,
+        /// Where the numbers begin of those that were kept by the thread that sorted them.
+        first_kept: u32,
+        band: u32,
+        /// Are these the band's first rows?
+        is_top: bool,
+    },
+}
+
+impl<B: Batch + ?Sized> Several for Listed<'_, B> {
+    type Polygon<'p>
+        = B::Polygon<'p>
+    where
+        Self: 'p;
+
+    #[inline(always)]
+    fn polygon(&self, k: usize) -> B::Polygon<'_> {
+        self.batch.polygon(self.first + self.entries[k % BUNCH].polygon)
+    }
+}
+
+impl<'a, B: Batch + ?Sized> Listed<'a, B> {
+    /// All of `polygons`, some at a time.
+    pub(super) fn all(batch: &'a B, polygons: Range<usize>) -> impl Iterator<Item = Self> {
+        let end = polygons.end;
+        polygons.step_by(BUNCH).map(move |first| Self {
+            batch,
+            first,
+            count: BUNCH.min(end - first),
+            entries: &IN_ORDER,
+        })
+    }
+
+    /// Draws them.
+    #[inline(never)]
+    pub(super) fn draw<S: Shader, T: Target<Pixel = S::Pixel>>(
+        &self,
+        tiler: &mut Tiler,
+        pass: &mut Pass<'_>,
+        window: PixelRect,
+        shader: &mut S,
+        target: &mut T,
+        mut depth: Option<&mut DepthBuffer<'_>>,
+    ) {
+        dispatch!(tiler.simd().0, simd => {
+            let Self { batch, first, count, entries } = *self;
+            let asked = tiler.asked::<S>(depth.as_deref());
+            tiler.look_at::<EIGHT, _, _>(simd, self, count, window);
+            for (k, entry) in entries.iter().enumerate().take(count) {
+                let i = first + entry.polygon;
+                shader.start(i);
+                let before = match pass {
+                    Pass::Only(_) => None,
+                    Pass::Band { .. } => Some(*tiler.stats_mut()),
+                };
+                let outcome = match (entry.kept, &mut *pass) {
+                    (Some((number, last_band)), Pass::Band { keep, first_kept, band, .. }) => {
+                        let kept = Kept { number: *first_kept + number, last_band };
+                        let known = (&mut **keep, kept, *band);
+                        let polygon = batch.polygon(i);
+                        tiler.draw_kept(
+                            &polygon, window, known, shader, target, depth.as_deref_mut(),
+                        );
+                        Outcome::Drawn
+                    }
+                    _ => {
+                        let next = tiler.next::<EIGHT, _, _>(
+                            simd, self, k, window, asked, depth.as_deref_mut(),
+                        );
+                        let depth = depth.as_deref_mut();
+                        tiler.follow(simd, next, self, k, window, shader, target, depth)
+                    }
+                };
+                let stats = tiler.stats_mut();
+                match (&mut *pass, before) {
+                    (Pass::Only(faces), _) => faces.count(stats, outcome, batch.continues(i)),
+                    (Pass::Band { is_top, .. }, Some(Stats { clipped, constant_w, .. })) => {
+                        // A polygon counts once: what was clipped, when it was sorted.
+                        stats.clipped = clipped;
+                        if !(entry.is_first_band && *is_top) || i > 0 && batch.continues(i) {
+                            stats.constant_w = constant_w;
+                        }
+                    }
+                    (Pass::Band { .. }, None) => {}
+                }
+            }
+        });
+    }
+}
+
+/// The next of `polygons` that may be seen; those before them are counted, and all of them where
+/// arithmetic cannot be trusted.
+pub(super) fn seen<B: Batch + ?Sized>(
+    batch: &B,
+    polygons: Range<usize>,
+    stats: &mut Stats,
+    faces: &mut FaceCount,
+) -> Range<usize> {
+    let Range { start: next, end } = polygons;
+    if !subnormal::are_kept() {
+        for i in next..end {
+            faces.count(stats, Outcome::Refused, batch.continues(i));
+        }
+        return end..end;
+    }
+    let Some(clusters) = batch.clusters() else { return next..end };
+    // What is beyond the boxes draws nothing either: they are the caller's to get right.
+    let seen = clusters.walk(next..end).next().unwrap_or_default();
+    let of_batch = |i: usize| i.saturating_sub(clusters.first).clamp(next, end);
+    let (first, last) = (of_batch(seen.start), of_batch(seen.end));
+    let first = if first < last { first } else { end };
+    for i in next..first {
+        faces.count(stats, Outcome::Outside, batch.continues(i));
+    }
+    first..last.max(first)
+}
+
+impl Sorting<'_> {
+    /// Sorts `polygons` of `batch` into the bands of what is to be drawn.
+    pub(super) fn sort<B: Batch + ?Sized>(self, batch: &B, polygons: Range<usize>) {
+        let Self { tiler, bins, window, occluders } = self;
+        // A face belongs to the chunk where it begins.
+        let begin = |mut i: usize| {
+            while i < batch.len() && i > 0 && batch.continues(i) {
+                i += 1;
+            }
+            i
+        };
+        let (start, end) = (begin(polygons.start), begin(polygons.end));
+        dispatch!(tiler.simd().0, simd => {
+            let mut faces = FaceCount::new(tiler.stats_mut());
+            let mut next = start;
+            while next < end {
+                let seen = seen(batch, next..end, tiler.stats_mut(), &mut faces);
+                next = seen.end;
+                for first in seen.clone().step_by(EIGHT) {
+                    let count = EIGHT.min(seen.end - first);
+                    let eight = Listed { batch, first, count, entries: &IN_ORDER };
+                    tiler.look_from_outside::<EIGHT, _, _>(simd, &eight, 0..count, window);
+                    for lane in 0..count {
+                        let i = first + lane;
+                        let polygon = batch.polygon(i);
+                        let (outcome, rows) =
+                            tiler.sort_next(simd, &polygon, lane, window, occluders);
+                        if let Some(rows) = rows {
+                            bins.add(i - polygons.start, rows);
+                        }
+                        faces.count(tiler.stats_mut(), outcome, batch.continues(i));
+                    }
+                }
+            }
+        });
+    }
+}
