@@ -250,7 +250,7 @@ impl<S: Simd> Prepared<S> {
             return AHEAD;
         }
         if self.strict {
-            return self.find_strict(simd, count, middle, masks, lanes, undecided);
+            return self.strict_lanes(simd, count, middle, masks, lanes, undecided);
         }
         let middles = middles_from(simd, middle);
         let values = |i: usize| self.on_row(i).at_all(simd, middles);
@@ -334,6 +334,7 @@ impl<S: Simd> Prepared<S> {
         );
     }
 
+    /// [`find_each`](Self::find_each), where it is compiled.
     #[inline(always)]
     fn each_lane(&self, simd: S, count: usize, middle: f64, q: f64, lanes: &mut [[f32; BLOCK]]) {
         let mut r = Narrow::splat(simd, 1.0);
@@ -361,7 +362,7 @@ impl<S: Simd> Prepared<S> {
         }
     }
 
-    /// The same of strict attributes.
+    /// The same of strict attributes, out of line: of one block it is little of what that costs.
     #[inline(never)]
     fn find_strict(
         &self,
@@ -378,6 +379,7 @@ impl<S: Simd> Prepared<S> {
         )
     }
 
+    /// [`find_some`](Self::find_some) of strict attributes.
     #[inline(always)]
     fn strict_lanes(
         &self,

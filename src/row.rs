@@ -135,35 +135,35 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
     /// Prepares the attributes for this row; says whether they can be.
     #[inline(always)]
     pub(crate) fn prepare(&mut self, lanes: &mut Vec<[f32; BLOCK]>) -> bool {
-        if matches!(self.attributes, Attributes::Unknown | Attributes::Elsewhere) {
-            self.prepare_row(lanes);
+        if self.attributes == Attributes::Unknown {
+            self.prepare_polygon(lanes);
+        }
+        if self.attributes == Attributes::Elsewhere {
+            let count = self.attribute_count();
+            self.prepared.seek(self.walker.simd, count, self.walker.place.v);
+            self.attributes = Attributes::Here;
         }
         self.attributes == Attributes::Here
     }
 
-    /// Once a row, and so out of line: it is the same for every shader.
+    /// Prepares the attributes for the polygon, if they can be: once, and so out of line, where it is
+    /// compiled for all shaders.
     #[inline(never)]
-    fn prepare_row(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
-        self.walker.simd.vectorize(
-            #[inline(always)]
-            || self.prepare_here(lanes),
-        );
-    }
-
-    #[inline(always)]
-    fn prepare_here(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
+    fn prepare_polygon(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
         let simd = self.walker.simd;
-        if self.attributes == Attributes::Unknown {
-            self.walker.need_attributes(lanes);
-            if !self.prepared.set(simd, self.walker.polygon.gradients, self.narrow) {
-                self.attributes = Attributes::General;
-                return;
-            }
-            lanes.resize(AHEAD * self.attribute_count(), [0.0; BLOCK]);
-        }
-        let count = self.attribute_count();
-        self.prepared.seek(simd, count, self.walker.place.v);
-        self.attributes = Attributes::Here;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                self.walker.need_attributes(lanes);
+                let gradients = &*self.walker.polygon.gradients;
+                self.attributes = if self.prepared.set(simd, gradients, self.narrow) {
+                    lanes.resize(AHEAD * self.attribute_count(), [0.0; BLOCK]);
+                    Attributes::Elsewhere
+                } else {
+                    Attributes::General
+                };
+            },
+        );
     }
 
     /// Depth, which is plain, and the lanes at which it is good enough.

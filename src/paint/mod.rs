@@ -113,9 +113,8 @@ struct BlockAt<'a> {
 impl<S: Shader> Brush<'_, S> {
     /// Finds and shades the lanes of `block`, and tells which are kept.
     #[inline(always)]
-    fn shade<L: Simd>(
+    fn shade(
         &mut self,
-        simd: L,
         values: &mut impl Values,
         block: BlockAt<'_>,
         pixels: &mut [S::Pixel; BLOCK],
@@ -123,7 +122,7 @@ impl<S: Shader> Brush<'_, S> {
         self.shaded += u64::from(block.mask.count_ones());
         self.lanes.find(S::INPUTS, values, block);
         let attributes = &self.lanes.attributes[..values.attribute_count()];
-        let kept = shade_apart(simd, self.shader, &self.lanes.block(block, attributes), pixels);
+        let kept = self.shader.shade(&self.lanes.block(block, attributes), pixels);
         if S::KEEPS_ALL { block.mask } else { kept & block.mask }
     }
 
@@ -172,20 +171,6 @@ impl<S: Shader> Brush<'_, S> {
             store_lanes(simd, mask, tested, stored);
         }
     }
-}
-
-/// Shades `block`, out of line: what is seldom done need not be compiled wherever it is done.
-#[inline(never)]
-fn shade_apart<L: Simd, S: Shader>(
-    simd: L,
-    shader: &mut S,
-    block: &Block<'_>,
-    pixels: &mut [S::Pixel; BLOCK],
-) -> u16 {
-    simd.vectorize(
-        #[inline(always)]
-        || shader.shade(block, pixels),
-    )
 }
 
 /// A block's values.
