@@ -214,6 +214,7 @@ pub struct Solid<P>(pub P);
 impl<P: Copy + Default + 'static> Shader for Solid<P> {
     type Pixel = P;
     const INPUTS: Inputs = Inputs::COVERAGE;
+    const KEEPS_ALL: bool = true;
 
     #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, out: &mut [P; BLOCK]) -> u16 {

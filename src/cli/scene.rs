@@ -247,12 +247,13 @@ impl<'f> View<'f> {
         let has_picture = canvas.picture.is_some();
         match skin {
             Skin::Data(vertices, layout) => {
-                let colour = vertices.surface.colour();
-                let paint = PaintData { colour, layout: *layout, id };
-                Box::new(Polygons::new(
-                    RunBatch { view: self, pieces, vertices: &**vertices },
-                    paint,
-                ))
+                let (colour, layout) = (vertices.surface.colour(), *layout);
+                let batch = RunBatch { view: self, pieces, vertices: &**vertices };
+                if canvas.wants(Aov::W) {
+                    Box::new(Polygons::new(batch, PaintData::<true> { colour, layout, id }))
+                } else {
+                    Box::new(Polygons::new(batch, PaintData::<false> { colour, layout, id }))
+                }
             }
             _ if !has_picture => {
                 Box::new(Polygons::new(RunBatch { view: self, pieces, vertices: &() }, PaintDepth))

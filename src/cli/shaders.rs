@@ -22,6 +22,14 @@ pub(crate) trait Colour: Sync {
     /// Red, green and blue of `lane`.
     fn rgb(&self, attributes: &[[f32; BLOCK]], lane: usize) -> [f32; 3];
 
+    /// Red, green and blue of the lanes in `mask`, the others are anything: `rgb`.
+    fn rgb_lanes(&self, attributes: &[[f32; BLOCK]], _mask: u16, out: &mut [[f32; BLOCK]; 3]) {
+        let [r, g, b] = out;
+        for (lane, ((r, g), b)) in r.iter_mut().zip(g).zip(b).enumerate() {
+            [*r, *g, *b] = self.rgb(attributes, lane);
+        }
+    }
+
     /// RGBA8 of the lanes in `mask`, the others are anything: `rgb` rounded.
     #[inline(always)]
     fn rgba8(&self, attributes: &[[f32; BLOCK]], _mask: u16, out: &mut [[u8; 4]; BLOCK]) {
@@ -104,8 +112,9 @@ pub(crate) fn plane<P: Copy>(pixels: &mut [P], crop: Crop) -> Plane<'_, P> {
     Plane::new(pixels, size.0, size.1).unwrap_or_else(|_| Plane::default())
 }
 
-/// Draws all planes of data, and the picture if there is one.
-pub(crate) struct PaintData<'a> {
+/// Draws all planes of data, and the picture if there is one; w only if `W`, since that costs more than
+/// all else, and small triangles know no w.
+pub(crate) struct PaintData<'a, const W: bool> {
     /// Where colours come from.
     pub(crate) colour: &'a dyn Colour,
     /// Where the other attributes are.
@@ -114,11 +123,11 @@ pub(crate) struct PaintData<'a> {
     pub(crate) id: &'a (dyn Fn(usize) -> u32 + Sync),
 }
 
-impl<'a, 'b> Paint<Band<'b>> for PaintData<'a> {
+impl<'a, 'b, const W: bool> Paint<Band<'b>> for PaintData<'a, W> {
     const REPLACES: bool = true;
 
     type Shader<'c>
-        = Data<'c, 'b>
+        = Data<'c, 'b, W>
     where
         Self: 'c,
         Band<'b>: 'c;
@@ -131,7 +140,7 @@ impl<'a, 'b> Paint<Band<'b>> for PaintData<'a> {
     fn open<'c>(
         &'c self,
         band: &'c mut Band<'b>,
-    ) -> (Data<'c, 'b>, Extent, Option<DepthBuffer<'c>>) {
+    ) -> (Data<'c, 'b, W>, Extent, Option<DepthBuffer<'c>>) {
         let crop = band.crop;
         let depth = band.depth.as_mut().map(DepthBuffer::reborrow);
         let data = Data {
@@ -196,8 +205,8 @@ impl<'b> Paint<Counts<'b>> for PaintCounts {
 }
 
 /// Writes all planes of data, and the picture if there is one.
-pub(crate) struct Data<'c, 'b> {
-    paint: &'c PaintData<'c>,
+pub(crate) struct Data<'c, 'b, const W: bool> {
+    paint: &'c PaintData<'c, W>,
     /// The polygon's number.
     id: u32,
     crop: Crop,
@@ -205,8 +214,9 @@ pub(crate) struct Data<'c, 'b> {
     planes: &'c mut [PlaneRows<'b>],
 }
 
-impl Shader for Data<'_, '_> {
+impl<const W: bool> Shader for Data<'_, '_, W> {
     type Pixel = ();
+    const INPUTS: Inputs = Inputs { inv_w: false, w: W, ..Inputs::ALL };
     const KEEPS_ALL: bool = true;
 
     #[inline(always)]
@@ -221,40 +231,113 @@ impl Shader for Data<'_, '_> {
         if let Some(picture) = &mut self.picture {
             let mut rgba = [[0; 4]; BLOCK];
             colour.rgba8(block.attributes, block.mask, &mut rgba);
-            for lane in lanes(block.mask) {
-                picture[places[lane]] = rgba[lane];
-            }
+            places.put(block.mask, &rgba, picture);
         }
         for plane in self.planes.iter_mut() {
             match &mut plane.values {
-                RowValues::Integers(values) => {
-                    for lane in lanes(block.mask) {
-                        values[places[lane]] = self.id;
-                    }
-                }
+                RowValues::Integers(values) => places.put(block.mask, &[self.id; BLOCK], values),
                 RowValues::Floats(values) => {
-                    let n = plane.channels;
-                    for lane in lanes(block.mask) {
-                        let i = places[lane] * n;
-                        let pixel = &mut values[i..i + n];
-                        match plane.aov {
-                            Aov::Depth => pixel[0] = block.depth[lane],
-                            Aov::W => pixel[0] = block.w[lane],
-                            Aov::Color => {
-                                let [r, g, b] = colour.rgb(block.attributes, lane);
-                                pixel.copy_from_slice(&[r, g, b, 1.0].map(canonical));
+                    let attributes = |first: Option<usize>| {
+                        let end = first.map(|first| first + plane.channels);
+                        first.zip(end).and_then(|(first, end)| block.attributes.get(first..end))
+                    };
+                    let channels = match plane.aov {
+                        Aov::Depth => Some(std::slice::from_ref(block.depth)),
+                        Aov::W => Some(std::slice::from_ref(block.w)),
+                        Aov::Color => {
+                            let mut rgb = [[1.0; BLOCK]; 4];
+                            if let Some(rgb) = rgb.first_chunk_mut() {
+                                colour.rgb_lanes(block.attributes, block.mask, rgb);
                             }
-                            Aov::Uv => gather(pixel, layout.uv, block, lane),
-                            Aov::Normal => gather(pixel, layout.normal, block, lane),
-                            Aov::Position => gather(pixel, layout.position, block, lane),
-                            Aov::Attr => gather(pixel, Some(0), block, lane),
-                            Aov::Id | Aov::Overdraw => {}
+                            rgb.as_flattened_mut().iter_mut().for_each(|c| *c = canonical(*c));
+                            places.put_channels(block.mask, 4, Some(&rgb), values);
+                            continue;
                         }
-                    }
+                        Aov::Uv => attributes(layout.uv),
+                        Aov::Normal => attributes(layout.normal),
+                        Aov::Position => attributes(layout.position),
+                        Aov::Attr => attributes(Some(0)),
+                        Aov::Id | Aov::Overdraw => continue,
+                    };
+                    places.put_channels(block.mask, plane.channels, channels, values);
                 }
             }
         }
         block.mask
+    }
+}
+
+/// Where the pixels of a block are in a plane of the crop's size.
+enum Places {
+    /// All 16 are covered, one after the other from here on.
+    Row(usize),
+    /// Of each lane; anything for those that are not covered.
+    Each([usize; BLOCK]),
+}
+
+impl Places {
+    /// Stores the lanes of `mask`.
+    #[inline(always)]
+    fn put<P: Copy>(&self, mask: u16, from: &[P; BLOCK], to: &mut [P]) {
+        match self {
+            Self::Row(start) => to[*start..*start + BLOCK].copy_from_slice(from),
+            Self::Each(places) => {
+                for lane in lanes(mask) {
+                    to[places[lane]] = from[lane];
+                }
+            }
+        }
+    }
+
+    /// The same of pixels of `n` values, which are those of `channels`; 0 without them.
+    #[inline(always)]
+    fn put_channels(&self, mask: u16, n: usize, channels: Option<&[[f32; BLOCK]]>, to: &mut [f32]) {
+        let Some(channels) = channels else {
+            for lane in lanes(mask) {
+                let start = self.of(lane) * n;
+                to[start..start + n].fill(0.0);
+            }
+            return;
+        };
+        if let Self::Row(start) = self {
+            let to = &mut to[start * n..(start + BLOCK) * n];
+            // Where the compiler knows how many there are, they become vectors.
+            if let Ok([a]) = <&[_; 1]>::try_from(channels) {
+                to.copy_from_slice(a);
+                return;
+            } else if let Ok(channels) = channels.try_into() {
+                return interleave::<2>(channels, to);
+            } else if let Ok(channels) = channels.try_into() {
+                return interleave::<3>(channels, to);
+            } else if let Ok(channels) = channels.try_into() {
+                return interleave::<4>(channels, to);
+            }
+        }
+        for lane in lanes(mask) {
+            let start = self.of(lane) * n;
+            for (to, from) in to[start..start + n].iter_mut().zip(channels) {
+                *to = from[lane];
+            }
+        }
+    }
+
+    /// Of one lane.
+    #[inline(always)]
+    fn of(&self, lane: usize) -> usize {
+        match self {
+            Self::Row(start) => start + lane,
+            Self::Each(places) => places[lane],
+        }
+    }
+}
+
+/// 16 pixels of `N` values.
+#[inline(always)]
+fn interleave<const N: usize>(channels: &[[f32; BLOCK]; N], to: &mut [f32]) {
+    for (lane, pixel) in to.as_chunks_mut::<N>().0.iter_mut().enumerate().take(BLOCK) {
+        for (to, from) in pixel.iter_mut().zip(channels) {
+            *to = from[lane];
+        }
     }
 }
 
@@ -275,7 +358,7 @@ impl Shader for Coverage<'_> {
         if let Some((crop, counts)) = &mut self.counts {
             let places = crop.places(block);
             for lane in lanes(block.mask) {
-                let count = &mut counts[places[lane]];
+                let count = &mut counts[places.of(lane)];
                 *count = count.saturating_add(1);
             }
         }
@@ -284,17 +367,22 @@ impl Shader for Coverage<'_> {
 }
 
 impl Crop {
-    /// Where the pixels of `block` are in a plane of the crop's size; anything for those that
-    /// are not in its mask.
+    /// Where the pixels of `block` are in a plane of the crop's size.
     #[inline(always)]
-    fn places(self, block: &Block<'_>) -> [usize; BLOCK] {
+    fn places(self, block: &Block<'_>) -> Places {
         let (x, y) = self.origin();
-        let mut places = [0; BLOCK];
-        for (lane, place) in (0..).zip(&mut places) {
+        let place = |lane| {
             let (column, row) = (block.x(lane).abs_diff(x), block.y(lane).abs_diff(y));
-            *place = (row as usize).wrapping_mul(self.width as usize) + column as usize;
+            (row as usize).wrapping_mul(self.width as usize) + column as usize
+        };
+        if block.mask == u16::MAX && block.columns == 16 {
+            return Places::Row(place(0));
         }
-        places
+        let mut places = [0; BLOCK];
+        for (lane, to) in (0..).zip(&mut places) {
+            *to = place(lane);
+        }
+        Places::Each(places)
     }
 }
 
@@ -307,19 +395,6 @@ pub(crate) fn lanes(mask: u16) -> impl Iterator<Item = usize> {
         left &= left.wrapping_sub(1);
         (lane < BLOCK).then_some(lane)
     })
-}
-
-/// The attributes from `first` on of one pixel; 0 for what the polygon has not.
-#[inline]
-fn gather(pixel: &mut [f32], first: Option<usize>, block: &Block<'_>, lane: usize) {
-    match first.and_then(|first| block.attributes.get(first..first + pixel.len())) {
-        Some(attributes) => {
-            for (to, from) in pixel.iter_mut().zip(attributes) {
-                *to = from[lane];
-            }
-        }
-        None => pixel.fill(0.0),
-    }
 }
 
 /// `value`, any NaN as the one that is written.

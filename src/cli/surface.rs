@@ -121,6 +121,16 @@ impl Colour for Textured<'_> {
         self.texel(attributes, lane).map(|byte| f32::from(byte) / 255.0)
     }
 
+    fn rgb_lanes(&self, attributes: &[[f32; BLOCK]], mask: u16, out: &mut [[f32; BLOCK]; 3]) {
+        let mut texels = [[0; 4]; BLOCK];
+        self.rgba8(attributes, mask, &mut texels);
+        for (k, out) in out.iter_mut().enumerate() {
+            for (out, texel) in out.iter_mut().zip(&texels) {
+                *out = f32::from(texel[k]) / 255.0;
+            }
+        }
+    }
+
     /// Texels pass as they are: what `rgb` gives rounds to the same bytes.
     #[inline(always)]
     fn rgba8(&self, attributes: &[[f32; BLOCK]], mask: u16, out: &mut [[u8; 4]; BLOCK]) {
@@ -152,6 +162,15 @@ impl Colour for LitTexture<'_> {
     #[inline(always)]
     fn rgb(&self, attributes: &[[f32; BLOCK]], lane: usize) -> [f32; 3] {
         self.textured.rgb(attributes, lane).map(|part| part * attributes[2][lane])
+    }
+
+    fn rgb_lanes(&self, attributes: &[[f32; BLOCK]], mask: u16, out: &mut [[f32; BLOCK]; 3]) {
+        self.textured.rgb_lanes(attributes, mask, out);
+        for out in out {
+            for (out, light) in out.iter_mut().zip(&attributes[2]) {
+                *out *= light;
+            }
+        }
     }
 }
 

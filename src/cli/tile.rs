@@ -152,10 +152,14 @@ fn draw(
     let batch = FileBatch { file, read };
     // More polygons than ids: they would fill more memory than there is.
     let id = |i: usize| u32::try_from(i).unwrap_or(u32::MAX);
-    let paint = PaintData { colour: &FirstThree, layout: Layout::default(), id: &id };
-    let data = Polygons::new(batch, paint);
-    let depth = Polygons::new(batch, PaintDepth);
-    let call: &dyn Call<Band<'_>> = if has_values { &data } else { &depth };
+    let (colour, layout) = (&FirstThree, Layout::default());
+    let call: &dyn Call<Band<'_>> = if canvas.wants(Aov::W) {
+        &Polygons::new(batch, PaintData::<true> { colour, layout, id: &id })
+    } else if has_values {
+        &Polygons::new(batch, PaintData::<false> { colour, layout, id: &id })
+    } else {
+        &Polygons::new(batch, PaintDepth)
+    };
     let meter = Meter::new(progress, canvas.crop.height);
     frame.draw(canvas.band(&meter), &[call]);
     let mut stats = frame.stats();

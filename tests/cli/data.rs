@@ -151,15 +151,27 @@ fn crops_are_parts_of_the_whole() {
     }
 }
 
+/// Whole blocks of rows, parts of them and small triangles; with textures, with light, and with neither.
 #[test]
 fn data_does_not_depend_on_what_else_is_asked_for() {
     let folder = Folder::with(&[("model.obj", SQUARES)]);
-    folder.good(&format!("render model.obj --size 50x40 {ALL} -o all.png"));
-    folder.good("render model.obj --size 50x40 -o one.png");
-    assert_eq!(folder.read("one.png"), folder.read("all.png"));
-    for name in NAMES {
-        folder.good(&format!("render model.obj --size 50x40 --aov {name}=one.npy"));
-        assert_eq!(folder.read("one.npy"), folder.read(&format!("{name}.npy")), "{name}");
+    for name in ["room.obj", "room.mtl", "room_crate.png", "room_tiles.png", "teapot.obj"] {
+        folder.write(name, &std::fs::read(format!("tests/data/{name}")).expect("it is there"));
+    }
+    let views = ["model.obj", "room.obj", "teapot.obj", "room.obj --shade unlit --precision exact"]
+        .map(|view| format!("{view} --size 150x90"));
+    for view in views {
+        folder.good(&format!("render {view} {ALL} -o all.png"));
+        folder.good(&format!("render {view} -o one.png"));
+        assert_eq!(folder.read("one.png"), folder.read("all.png"), "{view}");
+        for name in NAMES {
+            folder.good(&format!("render {view} --aov {name}=one.npy"));
+            assert_eq!(
+                folder.read("one.npy"),
+                folder.read(&format!("{name}.npy")),
+                "{view} {name}"
+            );
+        }
     }
     folder.good("render model.obj --size 50x40 --aov id=a.npy --aov id=b.npy --aov id=c.png");
     assert_eq!(folder.read("a.npy"), folder.read("b.npy"));
