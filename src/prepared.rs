@@ -250,7 +250,7 @@ impl<S: Simd> Prepared<S> {
             return AHEAD;
         }
         if self.strict {
-            return self.strict_lanes(simd, count, middle, masks, lanes, undecided);
+            return self.find_strict(simd, count, middle, masks, lanes, undecided);
         }
         let middles = middles_from(simd, middle);
         let values = |i: usize| self.on_row(i).at_all(simd, middles);
@@ -291,12 +291,19 @@ impl<S: Simd> Prepared<S> {
         }
         if self.strict {
             let mut undecided = [0; AHEAD];
-            let good = self.find_strict(simd, count, middle, &[mask], lanes, &mut undecided);
+            // What is less usual here is a function of its own, which all shaders share.
+            let good = simd.vectorize(
+                #[inline(always)]
+                || self.find_strict(simd, count, middle, &[mask], lanes, &mut undecided),
+            );
             return (good > 0).then_some(undecided[0] & mask);
         }
         let q = self.on_row(0).at(middle);
         if q < self.least_q {
-            self.find_each(simd, count, middle, q, lanes);
+            simd.vectorize(
+                #[inline(always)]
+                || self.find_each(simd, count, middle, q, lanes),
+            );
             return Some(0);
         }
         let four = four_of(simd, &self.starts, &self.steps, middle, 0);
@@ -326,17 +333,8 @@ impl<S: Simd> Prepared<S> {
     }
 
     /// The same where not all go by their block: `q` is too small for some.
-    #[inline(never)]
-    fn find_each(&self, simd: S, count: usize, middle: f64, q: f64, lanes: &mut [[f32; BLOCK]]) {
-        simd.vectorize(
-            #[inline(always)]
-            || self.each_lane(simd, count, middle, q, lanes),
-        );
-    }
-
-    /// [`find_each`](Self::find_each), where it is compiled.
     #[inline(always)]
-    fn each_lane(&self, simd: S, count: usize, middle: f64, q: f64, lanes: &mut [[f32; BLOCK]]) {
+    fn find_each(&self, simd: S, count: usize, middle: f64, q: f64, lanes: &mut [[f32; BLOCK]]) {
         let mut r = Narrow::splat(simd, 1.0);
         match self.divided {
             Divided::ByRow if self.narrow => {
@@ -362,26 +360,9 @@ impl<S: Simd> Prepared<S> {
         }
     }
 
-    /// The same of strict attributes, out of line: of one block it is little of what that costs.
-    #[inline(never)]
-    fn find_strict(
-        &self,
-        simd: S,
-        count: usize,
-        middle: f64,
-        masks: &[u16],
-        lanes: &mut [[f32; BLOCK]],
-        undecided: &mut [u16; AHEAD],
-    ) -> usize {
-        simd.vectorize(
-            #[inline(always)]
-            || self.strict_lanes(simd, count, middle, masks, lanes, undecided),
-        )
-    }
-
     /// [`find_some`](Self::find_some) of strict attributes.
     #[inline(always)]
-    fn strict_lanes(
+    fn find_strict(
         &self,
         simd: S,
         count: usize,

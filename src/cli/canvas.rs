@@ -5,8 +5,7 @@ use std::sync::Mutex;
 
 use hyperspan::depth::DepthBounds;
 use hyperspan::draw;
-use hyperspan::shade::BLOCK;
-use hyperspan::target::{DepthBuffer, Target};
+use hyperspan::target::DepthBuffer;
 
 use crate::aov::Aov;
 use crate::failure::Failure;
@@ -14,32 +13,6 @@ use crate::flags::Crop;
 use crate::memory;
 use crate::progress::Progress;
 use crate::shaders::plane;
-
-/// A target that stores nothing, but has a size: for shaders that store by themselves.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Extent {
-    /// In pixels.
-    pub(crate) width: u32,
-    /// In pixels.
-    pub(crate) height: u32,
-}
-
-impl Target for Extent {
-    type Pixel = ();
-
-    fn size(&self) -> (u32, u32) {
-        (self.width, self.height)
-    }
-
-    #[inline(always)]
-    fn write(&mut self, _x: u32, _y: u32, _run: &[()]) {}
-
-    #[inline(always)]
-    fn blocks(&mut self, _x: u32, _y: u32, count: usize) -> &mut [[(); BLOCK]] {
-        // Of no size: nothing is allocated, nor lost.
-        vec![[(); BLOCK]; count].leak()
-    }
-}
 
 /// The values of a plane, pixel after pixel.
 #[derive(Debug)]
@@ -159,6 +132,11 @@ impl Canvas {
     /// Must pixels go through [`Data`](crate::shaders::Data)?
     pub(crate) fn has_data(&self) -> bool {
         !self.planes.is_empty()
+    }
+
+    /// Is there a plane of depth or w among them? A depth buffer is none.
+    pub(crate) fn has_depth_or_w(&self) -> bool {
+        self.wants(Aov::Depth) || self.wants(Aov::W)
     }
 
     /// Does a pixel's colour matter?

@@ -249,7 +249,7 @@ impl<'f> View<'f> {
             Skin::Data(vertices, layout) => {
                 let (colour, layout) = (vertices.surface.colour(), *layout);
                 let batch = RunBatch { view: self, pieces, vertices: &**vertices };
-                if canvas.wants(Aov::W) {
+                if canvas.has_depth_or_w() {
                     Box::new(Polygons::new(batch, PaintData::<true> { colour, layout, id }))
                 } else {
                     Box::new(Polygons::new(batch, PaintData::<false> { colour, layout, id }))

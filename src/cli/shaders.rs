@@ -14,7 +14,7 @@ use hyperspan::target::{DepthBuffer, Plane};
 use hyperspan::varying::CANONICAL_NAN;
 
 use crate::aov::Aov;
-use crate::canvas::{Band, Counts, Extent, PlaneRows, RowValues};
+use crate::canvas::{Band, Counts, PlaneRows, RowValues};
 use crate::flags::Crop;
 
 /// The colour of a pixel, out of its attributes. Covered pixels are opaque.
@@ -112,9 +112,15 @@ pub(crate) fn plane<P: Copy>(pixels: &mut [P], crop: Crop) -> Plane<'_, P> {
     Plane::new(pixels, size.0, size.1).unwrap_or_else(|_| Plane::default())
 }
 
-/// Draws all planes of data, and the picture if there is one; w only if `W`, since that costs more than
-/// all else, and small triangles know no w.
-pub(crate) struct PaintData<'a, const W: bool> {
+/// A target that stores nothing, but has a crop's size: for shaders that store by themselves.
+fn extent<'a>(crop: Crop) -> Plane<'a, ()> {
+    // Of no size: nothing is allocated, nor lost.
+    plane(vec![(); crop.width as usize * crop.height as usize].leak(), crop)
+}
+
+/// Draws all planes of data, and the picture if there is one. Depth and w are found only if `ALL` is:
+/// no other plane needs them, and small triangles know no w.
+pub(crate) struct PaintData<'a, const ALL: bool> {
     /// Where colours come from.
     pub(crate) colour: &'a dyn Colour,
     /// Where the other attributes are.
@@ -123,16 +129,16 @@ pub(crate) struct PaintData<'a, const W: bool> {
     pub(crate) id: &'a (dyn Fn(usize) -> u32 + Sync),
 }
 
-impl<'a, 'b, const W: bool> Paint<Band<'b>> for PaintData<'a, W> {
+impl<'a, 'b, const ALL: bool> Paint<Band<'b>> for PaintData<'a, ALL> {
     const REPLACES: bool = true;
 
     type Shader<'c>
-        = Data<'c, 'b, W>
+        = Data<'c, 'b, ALL>
     where
         Self: 'c,
         Band<'b>: 'c;
     type Target<'c>
-        = Extent
+        = Plane<'c, ()>
     where
         Self: 'c,
         Band<'b>: 'c;
@@ -140,7 +146,7 @@ impl<'a, 'b, const W: bool> Paint<Band<'b>> for PaintData<'a, W> {
     fn open<'c>(
         &'c self,
         band: &'c mut Band<'b>,
-    ) -> (Data<'c, 'b, W>, Extent, Option<DepthBuffer<'c>>) {
+    ) -> (Data<'c, 'b, ALL>, Plane<'c, ()>, Option<DepthBuffer<'c>>) {
         let crop = band.crop;
         let depth = band.depth.as_mut().map(DepthBuffer::reborrow);
         let data = Data {
@@ -150,7 +156,7 @@ impl<'a, 'b, const W: bool> Paint<Band<'b>> for PaintData<'a, W> {
             picture: band.picture.as_deref_mut(),
             planes: &mut band.planes,
         };
-        (data, Extent { width: crop.width, height: crop.height }, depth)
+        (data, extent(crop), depth)
     }
 }
 
@@ -166,17 +172,16 @@ impl<'b> Paint<Band<'b>> for PaintDepth {
     where
         Band<'b>: 'c;
     type Target<'c>
-        = Extent
+        = Plane<'c, ()>
     where
         Band<'b>: 'c;
 
     fn open<'c>(
         &'c self,
         band: &'c mut Band<'b>,
-    ) -> (Coverage<'c>, Extent, Option<DepthBuffer<'c>>) {
-        let Crop { width, height, .. } = band.crop;
+    ) -> (Coverage<'c>, Plane<'c, ()>, Option<DepthBuffer<'c>>) {
         let depth = band.depth.as_mut().map(DepthBuffer::reborrow);
-        (Coverage::default(), Extent { width, height }, depth)
+        (Coverage::default(), extent(band.crop), depth)
     }
 }
 
@@ -190,23 +195,22 @@ impl<'b> Paint<Counts<'b>> for PaintCounts {
     where
         Counts<'b>: 'c;
     type Target<'c>
-        = Extent
+        = Plane<'c, ()>
     where
         Counts<'b>: 'c;
 
     fn open<'c>(
         &'c self,
         band: &'c mut Counts<'b>,
-    ) -> (Coverage<'c>, Extent, Option<DepthBuffer<'c>>) {
-        let Crop { width, height, .. } = band.crop;
+    ) -> (Coverage<'c>, Plane<'c, ()>, Option<DepthBuffer<'c>>) {
         let counts = Some((band.crop, &mut *band.counts));
-        (Coverage { counts }, Extent { width, height }, None)
+        (Coverage { counts }, extent(band.crop), None)
     }
 }
 
 /// Writes all planes of data, and the picture if there is one.
-pub(crate) struct Data<'c, 'b, const W: bool> {
-    paint: &'c PaintData<'c, W>,
+pub(crate) struct Data<'c, 'b, const ALL: bool> {
+    paint: &'c PaintData<'c, ALL>,
     /// The polygon's number.
     id: u32,
     crop: Crop,
@@ -214,9 +218,9 @@ pub(crate) struct Data<'c, 'b, const W: bool> {
     planes: &'c mut [PlaneRows<'b>],
 }
 
-impl<const W: bool> Shader for Data<'_, '_, W> {
+impl<const ALL: bool> Shader for Data<'_, '_, ALL> {
     type Pixel = ();
-    const INPUTS: Inputs = Inputs { inv_w: false, w: W, ..Inputs::ALL };
+    const INPUTS: Inputs = Inputs { depth: ALL, inv_w: false, w: ALL, attributes: usize::MAX };
     const KEEPS_ALL: bool = true;
 
     #[inline(always)]

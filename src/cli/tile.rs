@@ -153,7 +153,7 @@ fn draw(
     // More polygons than ids: they would fill more memory than there is.
     let id = |i: usize| u32::try_from(i).unwrap_or(u32::MAX);
     let (colour, layout) = (&FirstThree, Layout::default());
-    let call: &dyn Call<Band<'_>> = if canvas.wants(Aov::W) {
+    let call: &dyn Call<Band<'_>> = if canvas.has_depth_or_w() {
         &Polygons::new(batch, PaintData::<true> { colour, layout, id: &id })
     } else if has_values {
         &Polygons::new(batch, PaintData::<false> { colour, layout, id: &id })

@@ -130,16 +130,16 @@ impl<'a, B: Batch + ?Sized> Listed<'a, B> {
                     }
                 };
                 let stats = tiler.stats_mut();
-                match (&mut *pass, before) {
-                    (Pass::Only(faces), _) => faces.count(stats, outcome, batch.continues(i)),
-                    (Pass::Band { is_top, .. }, Some(Stats { clipped, constant_w, .. })) => {
+                match pass {
+                    Pass::Only(faces) => faces.count(stats, outcome, batch.continues(i)),
+                    Pass::Band { is_top, .. } => {
+                        let Some(Stats { clipped, constant_w, .. }) = before else { continue };
                         // A polygon counts once: what was clipped, when it was sorted.
                         stats.clipped = clipped;
                         if !(entry.is_first_band && *is_top) || i > 0 && batch.continues(i) {
                             stats.constant_w = constant_w;
                         }
                     }
-                    (Pass::Band { .. }, None) => {}
                 }
             }
         });
