@@ -270,18 +270,22 @@ fn hidden_surfaces_left_out_change_no_byte() {
                 }
             };
             let plain = told(Simd::auto(), false);
+            let mut counted = None;
             for (name, simd) in Simd::all() {
                 let bounded = told(simd, true);
                 prop_assert!(plain.colours == bounded.colours, "colours, {name}");
                 prop_assert!(plain.depths == bounded.depths, "depths, {name}");
                 prop_assert_eq!(plain.shaded, bounded.shaded, "{}", name);
-                polygons.add(bounded.hidden_polygons as usize);
-                pixels.add((plain.hidden_pixels - bounded.hidden_pixels) as usize);
+                counted = Some(bounded);
             }
+            // Of one instruction set: what is expected must not depend on how many the machine has.
+            let bounded = counted.expect("scalars at least");
+            polygons.add(bounded.hidden_polygons as usize);
+            pixels.add((plain.hidden_pixels - bounded.hidden_pixels) as usize);
             Ok(())
         });
-    polygons.report("polygons hidden", 4 * cases);
-    pixels.report("pixels hidden with them", 400 * cases);
+    polygons.report("polygons hidden", cases);
+    pixels.report("pixels hidden with them", 100 * cases);
 }
 
 /// A list of polygons, drawn as frames of a draw list, on a depth buffer that keeps its bounds.

@@ -270,5 +270,5 @@ fn oracle_of_values_agrees_with_barycentrics_in_f64() {
         }
         Ok(())
     });
-    pixels.report("pixels", 10 * cases);
+    pixels.report("pixels", 5 * cases);
 }

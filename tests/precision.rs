@@ -137,7 +137,7 @@ fn precision_of_bent_polygons_is_that_of_edges_and_spans() {
         agrees(&view, &poly, &compared)
     });
     compared.report(cases, 100);
-    compared.across.report("along edges and across spans", 100 * cases);
+    compared.across.report("along edges and across spans", 50 * cases);
 }
 
 /// Triangles and quads thinner than the subpixel grid, through centres of pixels: the centres

@@ -292,7 +292,7 @@ fn total_for_any_settings() {
         },
     );
     drawn.report("polygons drawn", cases / 10);
-    pixels.report("pixels", cases);
+    pixels.report("pixels", cases / 2);
 }
 
 /// Many polygons by one tiler: the counts are sums, and reset is reset.
