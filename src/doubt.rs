@@ -6,17 +6,13 @@
 //! docs/precision.md, "The X loop, `Exact`", derives the bounds.
 
 use crate::gradient::frame::U;
-use crate::gradient::{Gradients, Strict, nearest_f32};
+use crate::gradient::{Gradients, QUICK_QUOTIENT_ERROR, QUOTIENT_ROOM, Strict, nearest_f32};
 use crate::lanes::NEAR;
-use crate::settle::SECOND_ORDER;
 
 /// One over the error that is allowed, by the value's magnitude; half for what goes by the value.
 const ALLOWED: f64 = (1_u64 << (f64::MANTISSA_DIGITS + 1 - NEAR)) as f64;
 
-/// The reciprocal, two products and two sums, relatively.
-const QUOTIENT_ERROR: f64 = 1.25 / 70_368_744_177_664.0;
-
-/// The same without a reciprocal.
+/// Two products and two sums, relatively.
 const PRODUCT_ERROR: f64 = 10.0 * U;
 
 /// Below this, a value might round to a subnormal.
@@ -45,8 +41,8 @@ impl Doubt {
         let (base, unit) = (strict.base.abs(), gradients.unit.abs());
         let by_r = strict.error + gradients.q_error * base;
         Self {
-            always: ALLOWED * QUOTIENT_ERROR * base + SMALLEST,
-            by_r: ALLOWED * SECOND_ORDER * by_r * unit,
+            always: ALLOWED * QUICK_QUOTIENT_ERROR * base + SMALLEST,
+            by_r: ALLOWED * QUOTIENT_ROOM * by_r * unit,
         }
     }
 
@@ -54,7 +50,7 @@ impl Doubt {
     #[inline(always)]
     pub(crate) fn of_scaled(strict: &Strict, det_relative_error: f64) -> Option<Self> {
         let relative = det_relative_error + PRODUCT_ERROR;
-        let always = ALLOWED * SECOND_ORDER * (strict.error + relative * strict.base.abs());
+        let always = ALLOWED * QUOTIENT_ROOM * (strict.error + relative * strict.base.abs());
         (ALLOWED * relative <= 1.0 && always < f64::INFINITY)
             .then_some(Self { always: always + SMALLEST, by_r: 0.0 })
     }

@@ -84,6 +84,15 @@ impl<S: Simd> Wide<S> {
         r + r * (one - self * r)
     }
 
+    /// Rounded to `f32` and clamped to the range (see [`clamp_lanes`]), and the lanes at which every
+    /// number that is not farther than `error` becomes the same (Ziv's test).
+    #[inline(always)]
+    pub(crate) fn round_within(self, error: Self, range: [f32; 2]) -> (Narrow<S>, u16) {
+        let low = clamp_lanes((self - error).narrow(), range);
+        let high = clamp_lanes((self + error).narrow(), range);
+        (low, same_bits(low, high))
+    }
+
     /// See [`near_tie`].
     #[inline(always)]
     pub(crate) fn near_tie(self, simd: S) -> WideMask<S> {
@@ -170,7 +179,7 @@ impl<S: Simd> Mul for Wide<S> {
 /// `value` within the range, whose lower end, if it is 0, is +0: what is below it becomes that,
 /// and so does NaN.
 #[inline(always)]
-pub(crate) fn clamp_lanes<S: Simd>(value: Narrow<S>, [low, high]: [f32; 2]) -> Narrow<S> {
+fn clamp_lanes<S: Simd>(value: Narrow<S>, [low, high]: [f32; 2]) -> Narrow<S> {
     use fearless_simd::Select as _;
     let simd = fearless_simd::ExtractToken::token(&value);
     let (low, high) = (f32x16::splat(simd, low), f32x16::splat(simd, high));
@@ -192,7 +201,7 @@ pub(crate) fn clamp_numbers<S: Simd>(
 
 /// The lanes whose bits are the same.
 #[inline(always)]
-pub(crate) fn same_bits<S: Simd>(a: Narrow<S>, b: Narrow<S>) -> u16 {
+fn same_bits<S: Simd>(a: Narrow<S>, b: Narrow<S>) -> u16 {
     let simd = fearless_simd::ExtractToken::token(&a);
     bits_of(simd, a.to_bits().simd_eq(b.to_bits()))
 }

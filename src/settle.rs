@@ -12,16 +12,11 @@ use crate::clip::{Clipped, Clipper, VertexArrays};
 use crate::divide::{ScreenVertex, divide};
 use crate::edge::Span;
 use crate::fixed::power_of_two;
-use crate::gradient::frame::U;
-use crate::gradient::{Field, Gradients, Plain, Quantity, Strict, Subject, nearest_f32};
+use crate::gradient::{
+    Field, Gradients, Plain, QUOTIENT_ROOM, Quantity, SUM_ERROR, Strict, Subject, nearest_f32,
+};
 use crate::shade::BLOCK;
 use crate::varying::{CANONICAL_NAN, Interpolation};
-
-/// base + t, and the two ends of Ziv's test, relatively.
-pub(crate) const SUM_ERROR: f64 = 3.0 * U;
-
-/// Room for what a bound of first order leaves out, where Q is off by 1/256 at most.
-pub(crate) const SECOND_ORDER: f64 = 1.01;
 
 /// A polygon that is walked, and where.
 pub(crate) struct Walked<'a> {
@@ -119,7 +114,7 @@ impl<'a> Walked<'a> {
         let mut certain = 0;
         for lane in 0..BLOCK {
             let (value, error) = (value[lane] * scale, error[lane] * scale);
-            let error = error * SECOND_ORDER + SUM_ERROR * value.abs();
+            let error = error * QUOTIENT_ROOM + SUM_ERROR * value.abs();
             // As in the X loop, one lane at a time.
             let low = clamp(nearest_f32(value - error + 0.0), range);
             let high = clamp(nearest_f32(value + error + 0.0), range);
@@ -219,7 +214,7 @@ impl<'a> Walked<'a> {
     }
 }
 
-/// `value` within `range`: see [`clamp_lanes`](crate::lanes::clamp_lanes).
+/// `value` within `range`: see [`Wide::round_within`](crate::lanes::Wide::round_within).
 fn clamp(value: f32, [low, high]: [f32; 2]) -> f32 {
     let value = if value > low { value } else { low };
     if value > high { high } else { value }

@@ -17,17 +17,17 @@ use fearless_simd::{Simd, SimdBase};
 
 use crate::edge::Span;
 use crate::gradient::frame::{Linear, U};
-use crate::gradient::{ConstantAlong, Field, Gradients, Plain, Quantity, Strict, nearest_f32};
-use crate::lanes::{Narrow, Wide, clamp_lanes, clamp_numbers, same_bits};
+use crate::gradient::{
+    CERTAIN, ConstantAlong, Field, Gradients, Plain, QUOTIENT_ROOM, Quantity, SUM_ERROR, Strict,
+    nearest_f32,
+};
+use crate::lanes::{Narrow, Wide, clamp_numbers};
 use crate::patch::{COLUMNS, LANE_ROWS, Patch};
-use crate::settle::{SECOND_ORDER, SUM_ERROR, Walked};
+use crate::settle::Walked;
 use crate::shade::BLOCK;
 
 /// t = D scale / Q: two conversions, a reciprocal and two products, relatively.
 const QUOTIENT_ERROR: f64 = 5.0 * U;
-
-/// How far Q may be off, relatively, for the bound to hold.
-const CERTAIN: f64 = 1.0 / 256.0;
 
 /// Where the lanes of a block are.
 pub(crate) trait Place<S: Simd>: Copy {
@@ -143,13 +143,13 @@ impl<S: Simd> StrictReciprocals<S> {
             return;
         }
         let r = place.linear(simd, gradients.q).reciprocal(simd);
-        let by_numerator = r.abs() * Wide::splat(simd, SECOND_ORDER);
+        let by_numerator = r.abs() * Wide::splat(simd, QUOTIENT_ROOM);
         let relative_error = Wide::splat(simd, gradients.q_error) * r.abs();
         let positive = Wide::splat(simd, 0.0).below(r * Wide::splat(simd, gradients.q_sign));
         // Neither holds for what is no number.
         let certain = positive & relative_error.below(Wide::splat(simd, CERTAIN));
-        let by_quotient = relative_error * Wide::splat(simd, SECOND_ORDER)
-            + Wide::splat(simd, QUOTIENT_ERROR * SECOND_ORDER + SUM_ERROR);
+        let by_quotient = relative_error * Wide::splat(simd, QUOTIENT_ROOM)
+            + Wide::splat(simd, QUOTIENT_ERROR * QUOTIENT_ROOM + SUM_ERROR);
         *self = Self { r, by_numerator, by_quotient, certain, found: true };
     }
 }
@@ -439,8 +439,8 @@ fn evaluate_strict<S: Simd>(
         (reciprocals.r, error, reciprocals.by_quotient)
     } else {
         let relative = gradients.det_relative_error + QUOTIENT_ERROR;
-        let by_quotient = relative * SECOND_ORDER + SUM_ERROR;
-        let error = Wide::splat(simd, strict.error * SECOND_ORDER);
+        let by_quotient = relative * QUOTIENT_ROOM + SUM_ERROR;
+        let error = Wide::splat(simd, strict.error * QUOTIENT_ROOM);
         (Wide::splat(simd, strict.scale), error, Wide::splat(simd, by_quotient))
     };
     let t = d * r;
@@ -448,10 +448,9 @@ fn evaluate_strict<S: Simd>(
     // The last sum's part goes by |t| + |base|, which is no less than |value|.
     let error = error + t.abs() * by_quotient + Wide::splat(simd, strict.base.abs() * SUM_ERROR);
     // No zero here is negative: base is none.
-    let low = clamp_lanes((value - error).narrow(), strict.range);
-    let high = clamp_lanes((value + error).narrow(), strict.range);
-    low.store_array(out);
+    let (rounded, certain) = value.round_within(error, strict.range);
+    rounded.store_array(out);
     // Where the bound is no number, so is all that comes of it.
     let bounded = if strict.error < f64::INFINITY { u16::MAX } else { 0 };
-    same_bits(low, high) & reciprocals.certain & bounded
+    certain & reciprocals.certain & bounded
 }

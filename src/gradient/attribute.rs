@@ -79,7 +79,7 @@ impl Gradients {
         if self.source == Source::Double {
             let bounded;
             let frame = if self.view.is_some() {
-                bounded = Frame::new(&self.anchor, self.corners, self.reach);
+                bounded = Frame::new(&self.anchor.projection, self.corners, self.reach);
                 &bounded
             } else {
                 &self.frame

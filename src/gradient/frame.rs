@@ -65,6 +65,12 @@ impl<F: Number> Linear<F> {
     pub(crate) fn scaled(self, scale: F) -> Self {
         Self { x: self.x * scale, y: self.y * scale, c: self.c * scale }
     }
+
+    /// The sum of the terms' greatest magnitudes within `reach`.
+    #[inline(always)]
+    pub(super) fn size(&self, reach: Reach<F>) -> F {
+        self.x.abs() * reach.u + self.y.abs() * reach.v + self.c.abs()
+    }
 }
 
 impl Linear {
@@ -73,42 +79,36 @@ impl Linear {
     pub(crate) fn row(&self, v: f64) -> f64 {
         self.c + self.y * v
     }
-
-    /// The sum of the terms' greatest magnitudes within `reach`.
-    #[inline(always)]
-    pub(super) fn size(&self, reach: Reach) -> f64 {
-        self.x.abs() * reach.u + self.y.abs() * reach.v + self.c.abs()
-    }
 }
 
 /// A linear function and a bound of its values' error at the covered pixels.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Bounded {
-    pub(crate) linear: Linear,
-    pub(crate) error: f64,
+pub(crate) struct Bounded<F = f64> {
+    pub(crate) linear: Linear<F>,
+    pub(crate) error: F,
 }
 
-impl Bounded {
+impl<F: Number> Bounded<F> {
     /// Times `scale`, with what that and the evaluation round.
     #[inline(always)]
-    pub(crate) fn scaled(self, scale: f64, reach: Reach) -> Self {
+    pub(crate) fn scaled(self, scale: F, reach: Reach<F>) -> Self {
         let linear = self.linear.scaled(scale);
-        let error = self.error * scale.abs() + EVALUATION_ERROR * linear.size(reach);
-        Self { linear, error: SECOND_ORDER * error }
+        let error = self.error * scale.abs() + linear.size(reach) * EVALUATION_ERROR;
+        Self { linear, error: error * SECOND_ORDER }
     }
 }
 
 /// How far the covered pixels lie from the anchor, at most, in columns and rows.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Reach {
-    pub(crate) u: f64,
-    pub(crate) v: f64,
+pub(crate) struct Reach<F = f64> {
+    pub(crate) u: F,
+    pub(crate) v: F,
 }
 
-impl Reach {
+impl<F: Number> Reach<F> {
     /// The greatest value of a linear function with coefficients of these magnitudes.
     #[inline(always)]
-    pub(super) fn total(self, [x, y, c]: [f64; 3]) -> f64 {
+    pub(super) fn total(self, [x, y, c]: [F; 3]) -> F {
         x * self.u + y * self.v + c
     }
 }
@@ -143,6 +143,13 @@ impl<F: Number> Projection<F> {
         let [[x, dx], [y, dy]] = self.terms(position);
         [x + dx, y + dy, position[3]]
     }
+
+    /// The same, and the magnitudes that X and Y are made of.
+    #[inline(always)]
+    fn project_with_size(&self, position: [F; 4]) -> ([F; 3], [F; 2]) {
+        let [[x, dx], [y, dy]] = self.terms(position);
+        ([x + dx, y + dy, position[3]], [x.abs() + dx.abs(), y.abs() + dy.abs()])
+    }
 }
 
 /// Where pixel offsets count from.
@@ -158,13 +165,6 @@ impl Anchor {
     pub(crate) fn new(viewport: Viewport, pixel: [i32; 2]) -> Self {
         let [column, row] = pixel;
         Self { pixel, projection: Projection::new(viewport, [column.into(), row.into()]) }
-    }
-
-    /// (X, Y, w) of a clip position, and the magnitudes that X and Y are made of.
-    #[inline(always)]
-    fn project(&self, position: [f64; 4]) -> ([f64; 3], [f64; 2]) {
-        let [[x, dx], [y, dy]] = self.projection.terms(position);
-        ([x + dx, y + dy, position[3]], [x.abs() + dx.abs(), y.abs() + dy.abs()])
     }
 
     /// (X, Y, w) without error.
@@ -226,91 +226,126 @@ impl<F> From<[F; 3]> for Linear<F> {
     }
 }
 
-/// The same with bounds of the errors.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Frame {
-    pub(crate) plane: Plane,
-    pub(crate) q_error: f64,
-    q_size: f64,
-    weight_error: f64,
-    weight_size: f64,
-    pub(crate) det_error: f64,
+/// A component of the vertex a, or of both edges: its greatest magnitude, and a bound of its error.
+#[derive(Clone, Copy)]
+struct Rounded<F> {
+    size: F,
+    error: F,
 }
 
-impl Frame {
+impl<F: Number> Rounded<F> {
+    /// Component `k` of the edges.
     #[inline(always)]
-    pub(crate) fn new(anchor: &Anchor, triple: [[f64; 4]; 3], reach: Reach) -> Self {
-        let (a, a_size) = anchor.project(triple[0]);
-        let (b, b_size) = anchor.project(triple[1]);
-        let (c, c_size) = anchor.project(triple[2]);
+    fn edge(edges: [[F; 3]; 2], a_error: [F; 3], k: usize) -> Self {
+        let size = edges[0][k].abs().greater(edges[1][k].abs());
+        Self { size, error: a_error[k] * 2.0 + size * U }
+    }
+
+    /// Of a minor of the edges: two products of this component and another.
+    #[inline(always)]
+    fn minor_error(self, other: Self) -> F {
+        (self.error * other.size + (self.size + self.error) * other.error) * 2.0
+            + self.size * other.size * MINOR_ERROR
+    }
+
+    /// Of this component of a, times the normal's.
+    #[inline(always)]
+    fn term_error(self, normal: F, normal_error: F) -> F {
+        (self.size + self.error) * normal_error
+            + (self.error + self.size * DET_ERROR) * normal.abs()
+    }
+
+    /// Of a minor of an edge and a: this component and another, and the same of a.
+    #[inline(always)]
+    fn weight_error(self, other: Self, a: Self, other_a: Self) -> F {
+        self.product_error(other_a) + other.product_error(a)
+    }
+
+    /// Of this component of an edge times one of a.
+    #[inline(always)]
+    fn product_error(self, a: Self) -> F {
+        self.error * (a.size + a.error) + self.size * (a.error + a.size * WEIGHT_ERROR)
+    }
+}
+
+/// The same with bounds of the errors.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Frame<F = f64> {
+    pub(crate) plane: Plane<F>,
+    pub(crate) q_error: F,
+    q_size: F,
+    weight_error: F,
+    weight_size: F,
+    pub(crate) det_error: F,
+}
+
+impl<F: Number> Frame<F> {
+    #[inline(always)]
+    pub(crate) fn new(projection: &Projection<F>, triple: [[F; 4]; 3], reach: Reach<F>) -> Self {
+        let (a, a_size) = projection.project_with_size(triple[0]);
+        let (b, b_size) = projection.project_with_size(triple[1]);
+        let (c, c_size) = projection.project_with_size(triple[2]);
         let a_error = [
-            PROJECTION_ERROR * greatest([a_size[0], b_size[0], c_size[0]]),
-            PROJECTION_ERROR * greatest([a_size[1], b_size[1], c_size[1]]),
-            0.0,
+            greatest([a_size[0], b_size[0], c_size[0]]) * PROJECTION_ERROR,
+            greatest([a_size[1], b_size[1], c_size[1]]) * PROJECTION_ERROR,
+            a[2].like(0.0),
         ];
         let edges = [sub(b, a), sub(c, a)];
-        let size_of = |k: usize| greatest([edges[0][k].abs(), edges[1][k].abs(), 0.0]);
-        let size = [size_of(0), size_of(1), size_of(2)];
-        let edge_error =
-            [2.0 * a_error[0] + U * size[0], 2.0 * a_error[1] + U * size[1], U * size[2]];
-
-        // (b - a) x (c - a), by components; each is two products of edges.
-        let minor_error = |i: usize, j: usize| {
-            2.0 * (edge_error[i] * size[j] + (size[i] + edge_error[i]) * edge_error[j])
-                + MINOR_ERROR * size[i] * size[j]
-        };
+        let [x, y, w] = [
+            Rounded::edge(edges, a_error, 0),
+            Rounded::edge(edges, a_error, 1),
+            Rounded::edge(edges, a_error, 2),
+        ];
         let mut plane = Plane::of(a, edges[0], edges[1]);
-        let Linear { x, y, c } = plane.q;
-        let mut q_error = [minor_error(1, 2), minor_error(2, 0), minor_error(0, 1)];
-        let normal = [x, y, c];
-        let term_error = |k: usize| {
-            (a[k].abs() + a_error[k]) * q_error[k]
-                + (a_error[k] + DET_ERROR * a[k].abs()) * normal[k].abs()
-        };
-        let det_error = term_error(0) + term_error(1) + term_error(2);
+        // (b - a) x (c - a), by components.
+        let mut q_error = [y.minor_error(w), w.minor_error(x), x.minor_error(y)];
+        let a = [
+            Rounded { size: a[0].abs(), error: a_error[0] },
+            Rounded { size: a[1].abs(), error: a_error[1] },
+            Rounded { size: a[2].abs(), error: a_error[2] },
+        ];
+        let Linear { x: normal_x, y: normal_y, c: normal_w } = plane.q;
+        let det_error = a[0].term_error(normal_x, q_error[0])
+            + a[1].term_error(normal_y, q_error[1])
+            + a[2].term_error(normal_w, q_error[2]);
         // A slope that cannot be told from 0 is 0, and the bound says what that may cost.
-        if x.abs() <= q_error[0] {
-            q_error[0] += x.abs();
-            plane.q.x = 0.0;
-        }
-        if y.abs() <= q_error[1] {
-            q_error[1] += y.abs();
-            plane.q.y = 0.0;
+        let [x_error, y_error, _] = &mut q_error;
+        for (slope, error) in [(&mut plane.q.x, x_error), (&mut plane.q.y, y_error)] {
+            let none = slope.abs().le(*error);
+            *error = F::select(none, *error + slope.abs(), *error);
+            *slope = slope.zero_if(none);
         }
 
         // (c - a) x a and a x (b - a).
-        let weight_error = |i: usize, j: usize| {
-            let one = |i: usize, j: usize| {
-                edge_error[i] * (a[j].abs() + a_error[j])
-                    + size[i] * (a_error[j] + WEIGHT_ERROR * a[j].abs())
-            };
-            one(i, j) + one(j, i)
-        };
-        let weight_errors = [weight_error(1, 2), weight_error(2, 0), weight_error(0, 1)];
+        let weight_errors = [
+            y.weight_error(w, a[1], a[2]),
+            w.weight_error(x, a[2], a[0]),
+            x.weight_error(y, a[0], a[1]),
+        ];
         let q_size = plane.q.size(reach);
-        let [weight_b, weight_c] = plane.weights.map(|weight| weight.size(reach));
-        let q_error = SECOND_ORDER * (reach.total(q_error) + EVALUATION_ERROR * q_size) + TINY;
+        let [weight_b, weight_c] = &plane.weights;
+        let weight_size = weight_b.size(reach).greater(weight_c.size(reach));
         Self {
             plane,
-            q_error,
+            q_error: (reach.total(q_error) + q_size * EVALUATION_ERROR) * SECOND_ORDER + TINY,
             q_size,
-            weight_error: SECOND_ORDER * reach.total(weight_errors) + TINY,
-            weight_size: greatest([weight_b, weight_c, 0.0]),
-            det_error: SECOND_ORDER * det_error + TINY,
+            weight_error: reach.total(weight_errors) * SECOND_ORDER + TINY,
+            weight_size,
+            det_error: det_error * SECOND_ORDER + TINY,
         }
     }
 
     /// `base` det/w + `b` lambda_b det + `c` lambda_c det, where each of the three is off by
     /// `input_error` at most.
     #[inline(always)]
-    pub(crate) fn combine(&self, [base, b, c]: [f64; 3], input_error: f64) -> Bounded {
+    pub(crate) fn combine(&self, [base, b, c]: [F; 3], input_error: F) -> Bounded<F> {
+        const ROUNDING: f64 = COMBINATION_ERROR + EVALUATION_ERROR;
         let linear = self.plane.combine([base, b, c]);
         let (base, weight) = (base.abs(), b.abs() + c.abs());
-        let rounding = COMBINATION_ERROR + EVALUATION_ERROR;
-        let error = base * (self.q_error + rounding * self.q_size)
-            + weight * (self.weight_error + rounding * self.weight_size)
-            + input_error * (self.q_size + 2.0 * self.weight_size);
-        Bounded { linear, error: SECOND_ORDER * error + TINY }
+        let error = base * (self.q_error + self.q_size * ROUNDING)
+            + weight * (self.weight_error + self.weight_size * ROUNDING)
+            + input_error * (self.q_size + self.weight_size * 2.0);
+        Bounded { linear, error: error * SECOND_ORDER + TINY }
     }
 }
 
@@ -350,11 +385,10 @@ pub(crate) fn nearby(linear: &[Dyadic; 3], reach: Reach) -> Bounded {
     Bounded { linear, error }
 }
 
-/// The greatest of three numbers that are not negative.
+/// The greatest of three numbers.
 #[inline(always)]
-fn greatest([a, b, c]: [f64; 3]) -> f64 {
-    let ab = if a > b { a } else { b };
-    if ab > c { ab } else { c }
+fn greatest<F: Number>([a, b, c]: [F; 3]) -> F {
+    a.greater(b).greater(c)
 }
 
 fn exact_sub(a: &[Dyadic; 3], b: &[Dyadic; 3]) -> [Dyadic; 3] {

@@ -18,6 +18,7 @@ pub(crate) mod enclosure;
 mod value;
 mod view;
 pub(crate) mod small;
+pub(crate) mod small_strict;
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -271,6 +272,19 @@ pub(crate) struct Gradients {
     pub(crate) has_attributes: bool,
 }
 
+/// How far Q may be off, relatively, for bounds of quotients to hold.
+pub(crate) const CERTAIN: f64 = 1.0 / 256.0;
+
+/// Room for what a quotient's bound of first order leaves out, then.
+pub(crate) const QUOTIENT_ROOM: f64 = 1.01;
+
+/// base + t, and the two ends of Ziv's test, relatively.
+pub(crate) const SUM_ERROR: f64 = 3.0 * U;
+
+/// base + D/Q by a reciprocal that is a division in `f32` and a step of Newton's: that, two products
+/// and two sums, relatively.
+pub(crate) const QUICK_QUOTIENT_ERROR: f64 = 1.25 / 70_368_744_177_664.0;
+
 /// The error, relative to the least |Q| or to an attribute's magnitude, with which `f64` may be
 /// trusted to keep `Fast` within its bound without looking at each value; docs/precision.md,
 /// "Fast".
@@ -306,7 +320,7 @@ impl Gradients {
         if subject.in_view && !subject.wanted.exact && self.set_in_view(subject) {
             return;
         }
-        self.frame = Frame::new(&self.anchor, self.corners, self.reach);
+        self.frame = Frame::new(&self.anchor.projection, self.corners, self.reach);
         let Frame { plane, q_error, det_error, .. } = self.frame;
         let q = Bounded { linear: plane.q, error: q_error };
         self.take_plane(subject, q, plane.det, det_error);
@@ -325,7 +339,7 @@ impl Gradients {
         (self.q, self.q_error, self.det) = (q.linear, q.error, det);
         self.det_relative_error = det_error / det.abs() + 2.0 * U;
         // Where the sign is unknown every value is in doubt, and found exactly.
-        let certain = self.det_relative_error < 1.0 / 256.0;
+        let certain = self.det_relative_error < CERTAIN;
         self.q_sign = if certain { 1.0_f64.copysign(det) } else { 0.0 };
         self.w_scale = det * power_of_two(subject.exponent);
         self.least_q = det.abs() / subject.clipped_w[1];

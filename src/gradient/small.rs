@@ -1,9 +1,10 @@
-//! Set-ups of small triangles within the view volume, in `Fast`, up to eight at a time: a lane is a
-//! triangle. The bits are those of [`Gradients`](super::Gradients).
+//! Set-ups of small triangles within the view volume, up to eight at a time: a lane is a triangle. Those
+//! of `Fast` are here, with the bits of [`Gradients`](super::Gradients).
 
 use alloc::vec::Vec;
 
 use super::frame::{Linear, Projection};
+use super::small_strict::StrictLanes;
 use super::view::{View, usual_range};
 use super::{ConstantAlong, nearest_f32};
 use crate::number::{EIGHT, Lanes, Number};
@@ -37,33 +38,55 @@ impl SmallCorners {
 #[derive(Debug, Default)]
 pub(crate) struct SmallSetups {
     /// A bit for each lane: can it be painted from this?
-    usual: u8,
+    pub(super) usual: u8,
     /// The same: does Q not change along rows, or along columns?
     still: [u8; 2],
     /// The same: is depth 0 all over?
     flat_zero: u8,
     unit_q: LinearLanes,
-    depth: LinearLanes,
+    pub(super) depth: LinearLanes,
     doubtful_below: Lanes,
+    pub(super) strict: StrictLanes,
     /// The first so many are set.
-    count: usize,
-    attributes: Vec<AttributeLanes>,
+    pub(super) count: usize,
+    pub(super) attributes: Vec<AttributeLanes>,
 }
 
 /// Linear functions.
 #[derive(Debug, Default)]
-struct LinearLanes([Lanes; 3]);
+pub(super) struct LinearLanes([Lanes; 3]);
 
 /// An attribute.
 #[derive(Debug, Default)]
 pub(crate) struct AttributeLanes {
     /// At the corners, in the polygon's order.
     pub(crate) values: [Lanes; 3],
-    /// Over Q, times the unit; where Q does not change, divided by it.
-    numerator: LinearLanes,
-    range: [Lanes; 2],
+    /// Over Q, times the unit; in `Fast`, where Q does not change, divided by it.
+    pub(super) numerator: LinearLanes,
+    pub(super) range: [Lanes; 2],
     /// A bit for each lane: is it the same all over?
-    same: u8,
+    pub(super) same: u8,
+    /// In `Exact`, what is added to the quotient, and what the sum is off by beside what goes by the
+    /// value.
+    pub(super) base: Lanes,
+    pub(super) error: Lanes,
+}
+
+impl AttributeLanes {
+    /// The values.
+    #[inline(always)]
+    pub(super) fn load<F: Number>(&self, level: F::Level) -> [F; 3] {
+        let [a, b, c] = &self.values;
+        [F::load(level, a), F::load(level, b), F::load(level, c)]
+    }
+
+    /// Finds out where its values are the same.
+    #[inline(always)]
+    pub(super) fn set_same<F: Number>(&mut self, [a, b, c]: [F; 3]) -> F::Truth {
+        let same = a.same_bits(b) & a.same_bits(c) & (a * 0.0).eq(a.like(0.0));
+        self.same = F::bits(same);
+        same
+    }
 }
 
 /// How an attribute runs over a small triangle.
@@ -117,7 +140,7 @@ impl<F: Number> Turn<F> {
 
 impl LinearLanes {
     #[inline(always)]
-    fn store<F: Number>(&mut self, linear: Linear<F>) {
+    pub(super) fn store<F: Number>(&mut self, linear: Linear<F>) {
         let Self([x, y, c]) = self;
         linear.x.store(x);
         linear.y.store(y);
@@ -152,32 +175,22 @@ impl SmallSetups {
         let projection = Projection::new(viewport, [F::load(level, column), F::load(level, row)]);
         let reach = F::load(level, &corners.reach);
         let (view, good) = View::new(&projection, [a, b, c], [low, high], reach, viewport);
-        // What is no number makes no number of this.
-        let sums = a[0] + b[0] + c[0] + a[1] + b[1] + c[1] + a[2] + b[2] + c[2] + high;
-        let zero = low.like(0.0);
-        let finite = (sums * 0.0).eq(zero);
-        let moderate = low.like(MODERATE[0]).le(high) & high.lt(low.like(MODERATE[1]));
-        self.usual = F::bits(good & finite & moderate & by_x);
+        self.usual = F::bits(good & by_x) & moderate(&[a, b, c], low, high);
         let q = view.unit_q;
-        let still = [q.x.eq(zero), q.y.eq(zero)];
-        self.still = still.map(F::bits);
-        self.unit_q.store(q);
+        let divided = self.set_q(q);
         let range = viewport.depth_range();
         let z = [range.numerator(a), range.numerator(b), range.numerator(c)];
-        self.flat_zero = F::bits((z[0].abs() + z[1].abs() + z[2].abs()).eq(zero));
+        self.set_flat_zero(z);
         let (depth, doubtful_below) = view.depth(z);
         self.depth.store(depth);
         doubtful_below.store(&mut self.doubtful_below);
 
-        let divided = still[0] & still[1];
         let divides = F::bits(divided) != 0;
         // As for any polygon: one rounding is left where w is the same all over.
         let divisor = F::select(divided, q.c.reciprocal(), low.like(1.0));
         for attribute in self.attributes.iter_mut().take(self.count) {
-            let [a, b, c] = &attribute.values;
-            let [a, b, c] = turn.turned([F::load(level, a), F::load(level, b), F::load(level, c)]);
-            let same = a.same_bits(b) & a.same_bits(c) & (a * 0.0).eq(zero);
-            attribute.same = F::bits(same);
+            let [a, b, c] = turn.turned(attribute.load::<F>(level));
+            let same = attribute.set_same([a, b, c]);
             if attribute.same & lanes == lanes {
                 a.store(&mut attribute.range[0]);
                 continue;
@@ -190,6 +203,22 @@ impl SmallSetups {
             high.store(&mut attribute.range[1]);
             self.usual &= F::bits(usual | same);
         }
+    }
+
+    /// Takes Q, times the unit. Where does it not change at all?
+    #[inline(always)]
+    pub(super) fn set_q<F: Number>(&mut self, q: Linear<F>) -> F::Truth {
+        let zero = q.c.like(0.0);
+        let (rows, columns) = (q.x.eq(zero), q.y.eq(zero));
+        self.still = [F::bits(rows), F::bits(columns)];
+        self.unit_q.store(q);
+        rows & columns
+    }
+
+    /// Finds out where depth is 0 all over, from what it is of at the corners.
+    #[inline(always)]
+    pub(super) fn set_flat_zero<F: Number>(&mut self, [a, b, c]: [F; 3]) {
+        self.flat_zero = F::bits((a.abs() + b.abs() + c.abs()).eq(a.like(0.0)));
     }
 
     /// The first `count` attributes, whose values are to be set.
@@ -271,4 +300,14 @@ impl SmallSetups {
 #[inline(always)]
 fn load_position<F: Number>(level: F::Level, [x, y, z, w]: &[Lanes; 4]) -> [F; 4] {
     [F::load(level, x), F::load(level, y), F::load(level, z), F::load(level, w)]
+}
+
+/// A bit for each triangle of which all positions are finite, and whose greatest w is moderate.
+#[inline(always)]
+pub(super) fn moderate<F: Number>([a, b, c]: &[[F; 4]; 3], low: F, high: F) -> u8 {
+    // What is no number makes no number of this.
+    let sums = a[0] + b[0] + c[0] + a[1] + b[1] + c[1] + a[2] + b[2] + c[2] + high;
+    let finite = (sums * 0.0).eq(low.like(0.0));
+    let moderate = low.like(MODERATE[0]).le(high) & high.lt(low.like(MODERATE[1]));
+    F::bits(finite & moderate)
 }

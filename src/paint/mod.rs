@@ -7,6 +7,7 @@ mod part;
 mod patches;
 mod short;
 pub(crate) mod small;
+mod small_strict;
 mod spans;
 
 use alloc::vec::Vec;

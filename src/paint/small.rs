@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 use fearless_simd::{Simd, SimdBase, SimdMask};
 
 use super::Placement;
+use super::small_strict::find_strict;
 use crate::depth::{DepthSource, DepthTest};
 use crate::gradient::nearest_f32;
 use crate::gradient::small::{SmallField, SmallSetups};
@@ -23,13 +24,15 @@ pub(crate) struct Small<'a> {
     /// Which of them is its own.
     pub(crate) lane: usize,
     pub(crate) place: Placement,
+    /// Is it set up for `Exact`?
+    pub(crate) strict: bool,
 }
 
 /// No shader that reads 1/w or w comes here.
 static UNREAD: [f32; BLOCK] = [0.0; BLOCK];
 
 /// Paints `small`. Returns how many pixels were shaded, or nothing, with nothing done, if a depth is too
-/// near to 0.
+/// near to 0, or, for `Exact`, any value in doubt.
 ///
 /// It is a function of its own for each shader and target, and not for each type of polygon, too.
 #[inline(always)]
@@ -44,6 +47,7 @@ pub(crate) fn paint<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
     simd.vectorize(
         #[inline(always)]
         move || match small.found.patches.lanes() {
+            _ if small.strict => paint_strict(simd, &small, lanes, shader, target, depth),
             1 => paint_pixel(&small, lanes, shader, target, depth),
             2..=8 => paint_small::<8, _, _, _>(simd, &small, lanes, shader, target, depth),
             9..=BLOCK => paint_small::<BLOCK, _, _, _>(simd, &small, lanes, shader, target, depth),
@@ -69,7 +73,7 @@ where
     S: Shader,
     T: Target<Pixel = S::Pixel>,
 {
-    let Small { found, setups, lane: triangle, place } = small;
+    let Small { found, setups, lane: triangle, place, .. } = small;
     let (patches, triangle) = (&found.patches, *triangle);
     // Offsets count from here.
     let anchor = found.middle().map(|(pixel, _)| pixel);
@@ -159,22 +163,40 @@ where
         }
     }
 
-    // 3. Shader and target.
+    let shaded = shade_patches(small, &masks[..count], lanes, shader, target, depth, S::KEEPS_ALL);
+    Some(shaded)
+}
+
+/// Shades what has been found of `patches`, at the lanes of `masks`. `stored`: have the depths been?
+#[inline(always)]
+fn shade_patches<S: Shader, T: Target<Pixel = S::Pixel>>(
+    small: &Small<'_>,
+    masks: &[u16],
+    lanes: &[[f32; BLOCK]],
+    shader: &mut S,
+    target: &mut T,
+    mut depth: Option<&mut DepthBuffer<'_>>,
+    stored: bool,
+) -> u64 {
+    let Small { found, setups, place, .. } = small;
+    let stride = setups.count() + 2;
     let mut shaded = 0;
-    for (i, mask) in masks.into_iter().enumerate().take(count) {
-        let patch = patches.patch(i);
+    for (i, mask) in masks.iter().copied().enumerate() {
+        let patch = found.patches.patch(i);
+        let Some([depths, _, attributes @ ..]) = lanes.get(i * stride..(i + 1) * stride) else {
+            break;
+        };
         if mask == 0 {
             continue;
         }
-        let lanes = lanes.get(i * stride..(i + 1) * stride)?;
         let block = Block {
             first: patch.first,
             columns: patch.columns,
             mask,
-            depth: &lanes[0],
+            depth: depths,
             inv_w: &UNREAD,
             w: &UNREAD,
-            attributes: &lanes[2..],
+            attributes,
         };
         let mut pixels = [S::Pixel::default(); BLOCK];
         let kept = shader.shade(&block, &mut pixels);
@@ -186,7 +208,7 @@ where
             let [x, y] = patch.place(lane, place.origin);
             // A pixel at a time: nothing predicts how long a run is.
             target.write_pixel(x, y, pixels[lane]);
-            if !S::KEEPS_ALL
+            if !stored
                 && let Some(buffer) = depth.as_deref_mut()
                 && place.test.write
             {
@@ -194,13 +216,13 @@ where
             }
         }
     }
-    Some(shaded)
+    shaded
 }
 
 /// The pixels of `patch` that pass, tested one after the other; their depths are stored if what passes is
 /// kept.
 #[inline(always)]
-fn test_pixels(
+pub(super) fn test_pixels(
     buffer: &mut DepthBuffer<'_>,
     patch: Patch,
     place: &Placement,
@@ -224,6 +246,21 @@ fn test_pixels(
     passed
 }
 
+/// [`paint`] for `Exact`.
+#[inline(always)]
+fn paint_strict<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
+    simd: L,
+    small: &Small<'_>,
+    lanes: &mut Vec<[f32; BLOCK]>,
+    shader: &mut S,
+    target: &mut T,
+    mut depth: Option<&mut DepthBuffer<'_>>,
+) -> Option<u64> {
+    let masks = find_strict(simd, small, lanes, S::INPUTS.depth, depth.as_deref_mut())?;
+    let masks = &masks[..small.found.patches.count()];
+    Some(shade_patches(small, masks, lanes, shader, target, depth, false))
+}
+
 /// The same of a triangle whose bounding box has one pixel, which is covered: offsets count from there, so
 /// that nothing changes from pixel to pixel.
 #[inline(always)]
@@ -238,7 +275,7 @@ where
     S: Shader,
     T: Target<Pixel = S::Pixel>,
 {
-    let Small { found, setups, lane: triangle, place } = small;
+    let Small { found, setups, lane: triangle, place, .. } = small;
     let triangle = *triangle;
     let n = setups.count();
     if lanes.len() < n + 1 {

@@ -70,9 +70,11 @@ pub(super) struct Bunch {
 pub(crate) struct Asked {
     /// To compare their depths with bounds.
     depths: bool,
-    /// To be painted, where nothing about them is unusual: with so many attributes at most.
+    /// To be painted, where nothing about them is unusual: with so many attributes at most, and each
+    /// value rounded right?
     setups: bool,
     most: usize,
+    strict: bool,
 }
 
 /// What is to be done with a polygon that was looked at.
@@ -114,7 +116,11 @@ impl Bunch {
         }
         if asked.setups {
             let lanes = u8::MAX >> (EIGHT - (*filled).clamp(1, EIGHT));
-            setups.set::<F>(level, corners, lanes, viewport);
+            if asked.strict {
+                setups.set_strict::<F>(level, corners, lanes, viewport);
+            } else {
+                setups.set::<F>(level, corners, lanes, viewport);
+            }
         }
     }
 
@@ -207,10 +213,9 @@ impl Tiler {
         let source = depth.is_some().then_some(self.depth_test.source);
         Asked {
             depths: depth.is_some_and(DepthBuffer::has_bounds),
-            setups: self.precision == Precision::Fast
-                && self.all_perspective
-                && serves::<S>(source),
+            setups: self.all_perspective && serves::<S>(source),
             most: S::INPUTS.attributes,
+            strict: self.precision == Precision::Exact,
         }
     }
 
@@ -304,7 +309,8 @@ impl Tiler {
         let Bunch { found, setups, .. } = &self.bunch;
         let found = &found[k % BUNCH];
         if let Some(lane) = lane {
-            let small = Small { found, setups, lane, place };
+            let strict = self.precision == Precision::Exact;
+            let small = Small { found, setups, lane, place, strict };
             let lanes = &mut self.scratch.attributes;
             let shaded = paint(simd, small, lanes, shader, target, depth.as_deref_mut());
             if let Some(shaded) = shaded {
