@@ -190,10 +190,12 @@ mod tests {
                 let [x, y] = [near(anchor[0], next()), near(anchor[1], next())];
                 [(x / 960.0 - 1.0) * w, (1.0 - y / 540.0) * w, next() * w, w]
             });
-            let mut corners = SmallCorners::default();
-            corners.anchor = anchor.map(|c| [f64::from(c); EIGHT]);
-            corners.reach = [9.0; EIGHT];
-            corners.positions = triangle.map(|p| p.map(|c| [c; EIGHT]));
+            let corners = SmallCorners {
+                positions: triangle.map(|p| p.map(|c| [c; EIGHT])),
+                anchor: anchor.map(|c| [f64::from(c); EIGHT]),
+                reach: [9.0; EIGHT],
+                beyond: [0.0; EIGHT],
+            };
             let attributes = [0; COUNT].map(|_| {
                 let offset = if next() < 0.5 { 0.0 } else { 1000.0 };
                 [0; 3].map(|_| f64::from((offset + next()) as f32))
