@@ -21,6 +21,7 @@ use crate::clip::VertexArrays;
 use crate::divide::ScreenVertex;
 use crate::edge::Span;
 use crate::exact::{Dyadic, round_quotient};
+use crate::number::Number;
 use crate::space::DepthRange;
 
 /// The rounding of `f64`.
@@ -32,7 +33,7 @@ const END_ERROR: f64 = 10.0 * U;
 /// How far the ends are from the pixel: the ends' x, and the subtraction.
 const OFFSET_ERROR: f64 = 12.0 * U;
 
-/// The two products across, their sum and the quotient, by the numerator's magnitude.
+/// The two products across, their sum, the reciprocal and its product, by the numerator's magnitude.
 const ACROSS_ERROR: f64 = 6.0 * U + END_ERROR;
 
 /// The same for the denominator, relatively.
@@ -130,7 +131,8 @@ impl Corners<'_> {
 
     /// The two ends of `span`, whose row has its centre at framebuffer `centre_y`.
     pub(crate) fn row(&self, carried: Carried, span: &Span, centre_y: f64) -> Row {
-        let [left, right] = [span.left, span.right].map(|edge| self.end(carried, edge, centre_y));
+        let left = self.end(carried, span.left, centre_y);
+        let right = self.end(carried, span.right, centre_y);
         Row { left, right, reciprocal: carried == Carried::W }
     }
 
@@ -200,6 +202,16 @@ impl Corners<'_> {
 }
 
 impl Carried {
+    /// A number of its own, of all that run over one polygon: the attributes' come last.
+    pub(crate) fn number(self) -> usize {
+        match self {
+            Self::Depth(_) => 0,
+            Self::InvW => 1,
+            Self::W => 2,
+            Self::Perspective(k) | Self::Linear(k) => 3 + k,
+        }
+    }
+
     /// Is it a quotient by the interpolated 1/w?
     fn is_over_w(self) -> bool {
         matches!(self, Self::Perspective(_))
@@ -224,24 +236,28 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// The value at framebuffer `centre_x`, and a bound of its error: no number where none can
-    /// be had.
-    #[inline]
-    pub(crate) fn at(&self, centre_x: f64) -> (f64, f64) {
+    /// The values at these framebuffer columns, and bounds of their errors: no number where none can be
+    /// had.
+    #[inline(always)]
+    pub(crate) fn at<F: Number>(&self, centre_x: F) -> (F, F) {
         let (l, r) = (&self.left, &self.right);
+        let zero = centre_x.like(0.0);
         let off = OFFSET_ERROR * (l.x_size + r.x_size);
-        let (g0, g1) = ((centre_x - l.x).max(0.0), (r.x - centre_x).max(0.0));
-        let denominator = l.q * g1 + r.q * g0;
-        let value = (l.n * g1 + r.n * g0) / denominator;
+        let g0 = zero.greater(centre_x - l.x);
+        let g1 = zero.greater(centre_x.like(r.x) - centre_x);
+        let denominator = g1 * l.q + g0 * r.q;
+        let per_denominator = denominator.reciprocal();
+        let value = (g1 * l.n + g0 * r.n) * per_denominator;
         // How the value moves when either end does.
-        let moved = off * ((r.n - value * r.q).abs() + (l.n - value * l.q).abs());
-        let rounded = ACROSS_ERROR * (l.n_size * g1 + r.n_size * g0);
-        let error = (moved + rounded) / denominator + DENOMINATOR_ERROR * value.abs();
+        let moved = (zero + r.n - value * r.q).abs() + (zero + l.n - value * l.q).abs();
+        let rounded = (g1 * l.n_size + g0 * r.n_size) * ACROSS_ERROR;
+        let error = (moved * off + rounded) * per_denominator + value.abs() * DENOMINATOR_ERROR;
         // Of first order: the ends must not move by as much as the span is wide.
-        let narrow = off * (l.q + r.q) * NARROW > denominator;
-        let error = if narrow { f64::NAN } else { error };
+        let narrow = denominator.lt(zero + off * (l.q + r.q) * NARROW);
+        let error = F::select(narrow, zero + f64::NAN, error);
         if self.reciprocal {
-            (1.0 / value, 1.02 * error / (value * value) + 2.0 * U / value)
+            let reciprocal = value.reciprocal();
+            (reciprocal, error * 1.02 / (value * value) + (reciprocal * (2.0 * U)).abs())
         } else {
             (value, error)
         }

@@ -48,6 +48,18 @@ impl<S: Simd> Wide<S> {
         Self::load(simd, &COUNT) + Self::splat(simd, first)
     }
 
+    /// Those of two halves.
+    #[inline(always)]
+    pub(crate) fn of_halves(low: f64x8<S>, high: f64x8<S>) -> Self {
+        Self(low, high)
+    }
+
+    /// Its halves.
+    #[inline(always)]
+    pub(crate) fn halves(self) -> [f64x8<S>; 2] {
+        [self.0, self.1]
+    }
+
     /// The first half of the lanes, twice.
     #[inline(always)]
     pub(crate) fn first_half(self) -> Self {

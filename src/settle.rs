@@ -1,13 +1,13 @@
 //! Values found one at a time: exactly, along edges and across spans, or at the nearest corner.
 //!
-//! What the X loop cannot tell comes here. It does not depend on the instruction set, and is
+//! What the X loop cannot tell comes here. Most of it does not depend on the instruction set, and is
 //! compiled once.
 
 use alloc::vec::Vec;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, Simd, SimdBase, dispatch};
 
-use crate::across::{Carried, Corners};
+use crate::across::{Carried, Corners, Row};
 use crate::clip::{Clipped, Clipper, VertexArrays};
 use crate::divide::{ScreenVertex, divide};
 use crate::edge::Span;
@@ -15,8 +15,12 @@ use crate::fixed::power_of_two;
 use crate::gradient::{
     Field, Gradients, Plain, QUOTIENT_ROOM, Quantity, SUM_ERROR, Strict, Subject, nearest_f32,
 };
+use crate::lanes::Wide;
 use crate::shade::BLOCK;
 use crate::varying::{CANONICAL_NAN, Interpolation};
+
+/// A span's row, from the anchor, and its edges on the left and on the right.
+type SpanEnds = (i32, [u32; 2], [u32; 2]);
 
 /// A polygon that is walked, and where.
 pub(crate) struct Walked<'a> {
@@ -30,6 +34,8 @@ pub(crate) struct Walked<'a> {
     /// An edge on the left and one on the right, as the outline names them, and by which they
     /// are carried.
     carriers: [([u32; 2], [u32; 2]); 2],
+    /// What runs across the last span, by number: on which row and between which edges, and how.
+    rows_across: Vec<Option<(SpanEnds, Row)>>,
     /// Offset of the block's first lane from the anchor.
     pub(crate) u: i32,
     pub(crate) v: i32,
@@ -50,6 +56,7 @@ impl<'a> Walked<'a> {
             exact_values: 0,
             corners: None,
             carriers: [([0; 2], [0; 2]); 2],
+            rows_across: Vec::new(),
             u: 0,
             v: 0,
             columns: 16,
@@ -88,9 +95,10 @@ impl<'a> Walked<'a> {
 
     /// Along the edges of `span` and across it; and the lanes at which that is surely rounded
     /// right.
-    #[inline(never)]
-    pub(crate) fn across(
+    #[inline(always)]
+    pub(crate) fn across<S: Simd>(
         &mut self,
+        simd: S,
         carried: Carried,
         range: [f32; 2],
         span: Option<&Span>,
@@ -99,30 +107,47 @@ impl<'a> Walked<'a> {
         // Only polygons that are drawn by spans carry anything across them.
         let Some(span) = span else { return 0 };
         let [x, y] = self.centre([self.u, self.v]);
+        let row = self.row_across(carried, span, y);
+        let [low, high] = Wide::count_from(simd, x).halves();
+        let ((low, low_error), (high, high_error)) = (row.at(low), row.at(high));
         let scale = power_of_two(self.subject.exponent);
-        let span = self.carried_by(span);
-        let row = self.corners().row(carried, &span, y);
-        let (mut value, mut error) = ([0.0; BLOCK], [0.0; BLOCK]);
-        for (lane, offset) in (0_i32..).enumerate().take(BLOCK) {
-            (value[lane], error[lane]) = row.at(x + f64::from(offset));
-        }
         let scale = match carried {
             Carried::W => scale,
             Carried::InvW => 1.0 / scale,
             _ => 1.0,
         };
-        let mut certain = 0;
-        for lane in 0..BLOCK {
-            let (value, error) = (value[lane] * scale, error[lane] * scale);
-            let error = error * QUOTIENT_ROOM + SUM_ERROR * value.abs();
-            // As in the X loop, one lane at a time.
-            let low = clamp(nearest_f32(value - error + 0.0), range);
-            let high = clamp(nearest_f32(value + error + 0.0), range);
-            out[lane] = low;
-            let same = low.to_bits() == high.to_bits() && error < f64::INFINITY;
-            certain |= u16::from(same) << lane;
+        let scale = Wide::splat(simd, scale);
+        // No negative zero.
+        let value = Wide::of_halves(low, high) * scale + Wide::splat(simd, 0.0);
+        let error = Wide::of_halves(low_error, high_error) * scale;
+        let error =
+            error * Wide::splat(simd, QUOTIENT_ROOM) + value.abs() * Wide::splat(simd, SUM_ERROR);
+        let (rounded, certain) = value.round_within(error, range);
+        rounded.store_array(out);
+        // Where the bound is no number, so is all that comes of it.
+        certain & error.below(Wide::splat(simd, f64::INFINITY))
+    }
+
+    /// What `carried` is where the row of `centre_y` meets the ends of `span`: found once for all its
+    /// blocks.
+    fn row_across(&mut self, carried: Carried, span: &Span, centre_y: f64) -> Row {
+        let (at, slot) = ((self.v, span.left, span.right), carried.number());
+        match self.rows_across.get(slot) {
+            Some(Some((known, row))) if *known == at => *row,
+            _ => self.new_row_across(carried, span, centre_y),
         }
-        certain
+    }
+
+    #[inline(never)]
+    fn new_row_across(&mut self, carried: Carried, span: &Span, centre_y: f64) -> Row {
+        let (at, slot) = ((self.v, span.left, span.right), carried.number());
+        let span = self.carried_by(span);
+        let row = self.corners().row(carried, &span, centre_y);
+        if self.rows_across.len() <= slot {
+            self.rows_across.resize(slot + 1, None);
+        }
+        self.rows_across[slot] = Some((at, row));
+        row
     }
 
     /// The centre of the pixel at the offset `u`, `v` from the anchor.

@@ -415,7 +415,7 @@ fn evaluate_field<S: Simd>(
         }
         Some(Field::Across(carried, range)) => {
             let (carried, range) = (*carried, *range);
-            polygon.across(carried, range, span, out)
+            polygon.across(simd, carried, range, span, out)
         }
         Some(Field::Plain(_)) | None => return,
     };

@@ -7,9 +7,7 @@ use super::frame::{Bounded, Frame, U, nearby};
 use super::triple::{self, FLATNESS, Places};
 use super::twofold::Twofold;
 use super::value::{exact_values, fine_values};
-use super::{
-    ConstantAlong, Field, Gradients, Source, Strict, Subject, TRUSTED, WORTH_FINE_SETUP, fits,
-};
+use super::{ConstantAlong, Field, Gradients, Source, Strict, Subject, TRUSTED, fits};
 use crate::across::Carried;
 use crate::exact::Dyadic;
 use crate::varying::{CANONICAL_NAN, Interpolation};
@@ -94,7 +92,7 @@ impl Gradients {
                     return field;
                 }
             } else {
-                let limit = if subject.wanted.exact { WORTH_FINE_SETUP } else { TRUSTED };
+                let limit = self.worth_fine(subject);
                 let strict = self.strict_attribute(combined(0.0), values[0], over_w, range);
                 if strict.error <= limit * size * if over_w { self.least_q } else { 1.0 } {
                     return Field::Strict(strict);

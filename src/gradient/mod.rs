@@ -294,6 +294,13 @@ const TRUSTED: f64 = 1.0 / 134_217_728.0;
 /// it saves: one value in 4096 would be undecided.
 const WORTH_FINE_SETUP: f64 = 1.0 / 137_438_953_472.0;
 
+/// The same of a polygon with many pixels: the quick test would leave all values undecided that are below
+/// 1/64 of the greatest.
+const WORTH_FINE_SETUP_OF_MANY: f64 = 1.0 / 17_592_186_044_416.0;
+
+/// So many pixels of the bounding box are many: what is undecided costs as much as the set-up then.
+const MANY_PIXELS: f64 = 1024.0;
+
 /// The largest ratio of w, and the largest magnitude of an attribute (the least is its inverse),
 /// for which Q and N are sure to fit into `f32`.
 const FITS: f64 = 1_152_921_504_606_846_976.0;
@@ -326,11 +333,22 @@ impl Gradients {
         self.take_plane(subject, q, plane.det, det_error);
         let error = self.q_error / self.least_q + self.det_relative_error;
         // Also where the bound is no number.
-        let good = error <= if subject.wanted.exact { WORTH_FINE_SETUP } else { TRUSTED };
+        let good = error <= self.worth_fine(subject);
         if !good || self.strict && !subject.wanted.exact {
             self.take_finer_plane(simd, subject);
         }
         self.set_derived(subject, |gradients, z| gradients.depth_field(simd, subject, z));
+    }
+
+    /// The error above which a set-up in pairs is worth its cost.
+    #[inline(always)]
+    fn worth_fine(&self, subject: &Subject<'_>) -> f64 {
+        let Reach { u, v } = self.reach;
+        match subject.wanted.exact {
+            false => TRUSTED,
+            true if (2.0 * u + 1.0) * (2.0 * v + 1.0) < MANY_PIXELS => WORTH_FINE_SETUP,
+            true => WORTH_FINE_SETUP_OF_MANY,
+        }
     }
 
     /// Q and det, from either frame.

@@ -263,7 +263,7 @@ impl Tiler {
         // 7. What of it is surely hidden falls out.
         let tested = match depth.as_deref_mut() {
             Some(buffer) if patches.is_none() && buffer.has_bounds() => {
-                let tested = TestedSpans::new(gradients, &subject, place, counts.pixels);
+                let tested = TestedSpans::new(gradients, &subject, place, counts);
                 if self.hides && tested.hide(spans, spare_spans, buffer) {
                     return Outcome::Hidden;
                 }
@@ -296,7 +296,7 @@ impl Tiler {
 
     /// Of covered pixels some were shaded.
     #[inline(always)]
-    fn count_pixels(&mut self, Counts { pixels, spans }: Counts, shaded: u64) {
+    fn count_pixels(&mut self, Counts { pixels, spans, .. }: Counts, shaded: u64) {
         self.stats.spans += spans;
         self.stats.pixels_covered += pixels;
         self.stats.pixels_shaded += shaded;

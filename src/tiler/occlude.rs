@@ -3,7 +3,7 @@
 use fearless_simd::Simd as Lanes;
 
 use super::hidden::right_depth;
-use super::scan::{Taken, bounds};
+use super::scan::{Counts, Taken, bounds};
 use super::sort::{placed_for, vertex_place};
 use super::tiles::{SMALL, TestedSpans};
 use super::{Precision, Scratch, Tiler, set_gradients};
@@ -117,7 +117,10 @@ impl Tiler {
             taken.subject(attributes, given, screen, self.viewport, &self.interpolation, wanted);
         set_gradients(self.simd.0, gradients, &subject);
         *is_set_up = false;
-        Some(TestedSpans::new(gradients, &subject, place, 0).occlude(spans, occluders))
+        Some(
+            TestedSpans::new(gradients, &subject, place, Counts::default())
+                .occlude(spans, occluders),
+        )
     }
 
     /// Is what was taken hidden, as its vertices have it? It need not be right.

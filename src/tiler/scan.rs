@@ -27,11 +27,13 @@ pub(super) struct Taken {
     pub(super) whole: bool,
 }
 
-/// Pixels that are covered in a window, in how many spans.
-#[derive(Clone, Copy, Debug)]
+/// Pixels that are covered in a window, and in how many spans.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counts {
     pub(super) pixels: u64,
     pub(super) spans: u64,
+    /// Where they lie in the framebuffer.
+    pub(super) within: PixelRect,
 }
 
 impl Taken {
@@ -114,7 +116,8 @@ impl Tiler {
         let Scratch { taken, screen, outline, spans, .. } = &mut self.scratch;
         let mut pixels = 0;
         spans.clear();
-        if !taken.seen.intersect(window).is_empty() {
+        let within = taken.seen.intersect(window);
+        if !within.is_empty() {
             let corner = self.viewport.rect();
             let (x0, x1) = (window.x0 - corner.x0, window.x1 - corner.x0);
             let rows = window.y0 - corner.y0..window.y1 - corner.y0;
@@ -126,7 +129,7 @@ impl Tiler {
                 }
             });
         }
-        Counts { pixels, spans: spans.len() as u64 }
+        Counts { pixels, spans: spans.len() as u64, within }
     }
 }
 

@@ -396,7 +396,7 @@ impl Tiler {
 impl From<&InView> for Counts {
     #[inline(always)]
     fn from(found: &InView) -> Self {
-        Self { pixels: found.pixels, spans: found.spans }
+        Self { pixels: found.pixels, spans: found.spans, within: found.bounds }
     }
 }
 

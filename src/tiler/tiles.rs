@@ -3,6 +3,7 @@
 
 use alloc::vec::Vec;
 
+use super::scan::Counts;
 use crate::depth::{DepthSource, Occluders, SIDE};
 use crate::edge::Span;
 use crate::gradient::enclosure::Enclosure;
@@ -18,8 +19,9 @@ pub(super) struct TestedSpans {
     /// The pixel that it counts from, in the framebuffer.
     anchor: [i32; 2],
     place: Placement,
-    /// How many are covered.
+    /// How many are covered, and where.
     pixels: u64,
+    within: PixelRect,
 }
 
 /// What covers fewer pixels is looked at as a whole: it fills few tiles, if any.
@@ -83,39 +85,28 @@ fn end_of_run(bits: &TileBits, tile: usize) -> usize {
 }
 
 impl TestedSpans {
-    /// Of a polygon that has been set up, and covers so many pixels.
+    /// Of a polygon that has been set up, and covers these pixels.
     pub(super) fn new(
         gradients: &Gradients,
         subject: &Subject<'_>,
         place: Placement,
-        pixels: u64,
+        Counts { pixels, within, .. }: Counts,
     ) -> Self {
         let quantity = match place.test.source {
             DepthSource::Z => Quantity::Depth,
             DepthSource::InvW => Quantity::InvW,
         };
         let depths = gradients.enclosure(quantity, subject);
-        Self { depths, anchor: gradients.anchor.pixel, place, pixels }
+        Self { depths, anchor: gradients.anchor.pixel, place, pixels, within }
     }
 
-    /// The pixels that `spans` lie in, and what their depths lie between.
-    fn whole(&self, spans: &[Span]) -> Option<(Area, [f32; 2])> {
-        let (first, last) = (spans.first()?, spans.last()?);
-        let (mut start, mut end) = (first.start, first.end);
-        for span in spans {
-            (start, end) = (start.min(span.start), end.max(span.end));
-        }
-        let Placement { corner, origin, .. } = self.place;
-        let pixels = PixelRect {
-            x0: start + corner[0],
-            y0: first.row + corner[1],
-            x1: end + corner[0],
-            y1: last.row + corner[1] + 1,
-        };
+    /// The pixels that all lie in, and what their depths lie between.
+    fn whole(&self) -> Option<(Area, [f32; 2])> {
+        let PixelRect { x0, y0, x1, y1 } = self.within;
         let from_anchor = |c: i32, k: usize| f64::from(c - self.anchor[k]);
-        let u = [from_anchor(pixels.x0, 0), from_anchor(pixels.x1 - 1, 0)];
-        let v = [from_anchor(pixels.y0, 1), from_anchor(pixels.y1 - 1, 1)];
-        Some((Area::new(pixels, origin)?, self.depths.over(u, v)))
+        let u = [from_anchor(x0, 0), from_anchor(x1 - 1, 0)];
+        let v = [from_anchor(y0, 1), from_anchor(y1 - 1, 1)];
+        Some((Area::new(self.within, self.place.origin)?, self.depths.over(u, v)))
     }
 
     /// Takes what is surely hidden out of `spans`, and says whether that is all; `spare` is
@@ -127,7 +118,7 @@ impl TestedSpans {
         buffer: &mut DepthBuffer<'_>,
     ) -> bool {
         if self.pixels < SMALL {
-            let whole = self.whole(spans);
+            let whole = self.whole();
             return whole
                 .is_some_and(|(area, depths)| buffer.hides(area, depths, self.place.test.compare));
         }
@@ -269,7 +260,7 @@ impl TestedSpans {
             return;
         }
         if self.pixels < SMALL {
-            if let Some((area, depths)) = self.whole(spans) {
+            if let Some((area, depths)) = self.whole() {
                 buffer.hides_or_takes(area, depths, test.compare, false, Some(shaded));
             }
             return;
