@@ -278,6 +278,16 @@ impl Polygon for Small {
     }
 }
 
+/// What is unusual about a small triangle's corners.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Any,
+    /// One lies at a pixel's centre, where depth is 0, or so little that it is in doubt.
+    AtCentre,
+    /// All do, and at other pixels depths and attributes lie halfway between two `f32`.
+    Ties,
+}
+
 /// Small triangles with much that is unusual: corners one above the other, depths and w of all sizes or
 /// the same all over, attributes that are the same, zeros of both signs, tiny, huge or no numbers.
 fn small() -> impl Strategy<Value = Small> {
@@ -293,13 +303,21 @@ fn small() -> impl Strategy<Value = Small> {
     let values = prop::collection::vec((prop_oneof![9 => usual, 1 => odd], attribute), 9);
     let corners = prop::collection::vec(corner, 3);
     let count = prop_oneof![8 => Just(2_usize), 1 => 0..4_usize];
-    // Now and then a corner lies at a pixel's centre, where depth is 0, or so little that it is in doubt.
-    let at_centre = prop_oneof![3 => Just(false), 1 => Just(true)];
-    (place, w, corners, values, (any::<bool>(), at_centre), count).prop_map(
-        |((mut x, mut y), w, mut corners, values, (level, at_centre), count)| {
-            if at_centre {
+    let kind = prop_oneof![6 => Just(Kind::Any), 2 => Just(Kind::AtCentre), 1 => Just(Kind::Ties)];
+    (place, w, corners, values, (any::<bool>(), kind), count).prop_map(
+        |((mut x, mut y), mut w, mut corners, mut values, (mut level, kind), count)| {
+            if kind != Kind::Any {
                 (x, y) = (((x * 80.0).floor() + 0.5) / 80.0, ((y * 170.0).floor() + 0.5) / 170.0);
                 (corners[0].0, corners[0].1) = ([0.0; 2], 0.0);
+            }
+            if kind == Kind::Ties {
+                (w, level) = (1.0, false);
+                let ends = [[0.0, 0.0], [4.0 / 80.0, 0.0], [0.0, 4.0 / 170.0]];
+                for (i, (corner, [dx, dy])) in corners.iter_mut().zip(ends).enumerate() {
+                    let more = if i == 0 { 0.0 } else { 1.0 };
+                    *corner = ([dx, dy], 0.5 + more / 16_777_216.0, 1.0);
+                    values[3 * i] = (16_777_216.0 + 2.0 * more as f32, None);
+                }
             }
             let positions = [0, 1, 2].map(|i| {
                 let ([dx, dy], z, dw) = corners[i];

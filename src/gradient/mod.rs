@@ -344,10 +344,15 @@ impl Gradients {
     #[inline(always)]
     fn worth_fine(&self, subject: &Subject<'_>) -> f64 {
         let Reach { u, v } = self.reach;
-        match subject.wanted.exact {
-            false => TRUSTED,
-            true if (2.0 * u + 1.0) * (2.0 * v + 1.0) < MANY_PIXELS => WORTH_FINE_SETUP,
-            true => WORTH_FINE_SETUP_OF_MANY,
+        let many = (2.0 * u + 1.0) * (2.0 * v + 1.0) >= MANY_PIXELS;
+        match (subject.wanted.exact, self.constant) {
+            (false, _) => TRUSTED,
+            // With less error 1/w might turn out to change along rows by hardly anything, and cost a division
+            // for each pixel.
+            (true, ConstantAlong::Nothing | ConstantAlong::Column) if many => {
+                WORTH_FINE_SETUP_OF_MANY
+            }
+            (true, _) => WORTH_FINE_SETUP,
         }
     }
 

@@ -28,6 +28,31 @@ pub(crate) struct Small<'a> {
     pub(crate) strict: bool,
 }
 
+impl Small<'_> {
+    /// The pixel that offsets count from.
+    #[inline(always)]
+    pub(super) fn anchor(&self) -> [i32; 2] {
+        let [(column, _), (row, _)] = self.found.middle();
+        [column, row]
+    }
+
+    /// For each patch its depths, 1/Q, and its attributes; from one to the next it is so many `lanes`.
+    #[inline(always)]
+    pub(super) fn stride(&self) -> usize {
+        self.setups.count() + 2
+    }
+
+    /// Makes room for those of all patches, and returns the stride.
+    #[inline(always)]
+    pub(super) fn make_room(&self, lanes: &mut Vec<[f32; BLOCK]>) -> usize {
+        let stride = self.stride();
+        if lanes.len() < MOST * stride {
+            lanes.resize(MOST * stride, [0.0; BLOCK]);
+        }
+        stride
+    }
+}
+
 /// No shader that reads 1/w or w comes here.
 static UNREAD: [f32; BLOCK] = [0.0; BLOCK];
 
@@ -75,14 +100,9 @@ where
 {
     let Small { found, setups, lane: triangle, place, .. } = small;
     let (patches, triangle) = (&found.patches, *triangle);
-    // Offsets count from here.
-    let anchor = found.middle().map(|(pixel, _)| pixel);
+    let anchor = small.anchor();
     let n = setups.count();
-    // For each patch its depths, 1/Q, and its attributes.
-    let stride = n + 2;
-    if lanes.len() < MOST * stride {
-        lanes.resize(MOST * stride, [0.0; BLOCK]);
-    }
+    let stride = small.make_room(lanes);
     let is_one = LANES <= BLOCK;
     let count = if is_one { 1 } else { patches.count() };
     let first = match LANES {
@@ -178,8 +198,8 @@ fn shade_patches<S: Shader, T: Target<Pixel = S::Pixel>>(
     mut depth: Option<&mut DepthBuffer<'_>>,
     stored: bool,
 ) -> u64 {
-    let Small { found, setups, place, .. } = small;
-    let stride = setups.count() + 2;
+    let Small { found, place, .. } = small;
+    let stride = small.stride();
     let mut shaded = 0;
     for (i, mask) in masks.iter().copied().enumerate() {
         let patch = found.patches.patch(i);

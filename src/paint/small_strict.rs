@@ -45,13 +45,9 @@ fn find_lanes<const LANES: usize, L: Simd>(
 ) -> Option<[u16; MOST]> {
     let Small { found, setups, lane: triangle, place, .. } = small;
     let (patches, triangle) = (&found.patches, *triangle);
-    // Offsets count from here.
-    let anchor = found.middle().map(|(pixel, _)| pixel);
+    let anchor = small.anchor();
     let n = setups.count();
-    let stride = n + 2;
-    if lanes.len() < MOST * stride {
-        lanes.resize(MOST * stride, [0.0; BLOCK]);
-    }
+    let stride = small.make_room(lanes);
     let mut masks = [0; MOST];
 
     // 1. Depth.
