@@ -195,7 +195,7 @@ fn draw_lists_leave_out_what_is_hidden_in_the_end() {
     let clear = prop::option::of(prop_oneof![Just(0.0_f32), Just(1.0)]);
     let strategy = (overlapping(), depth_tests(), any::<bool>(), stored, clear);
     let left_out = Tally::default();
-    let cases = check(file!(), "hidden_in_the_end", 300, &strategy, |case| {
+    let cases = check(file!(), "hidden_in_the_end", 1200, &strategy, |case| {
         let (calls, test, exact, stored, clear) = case;
         let area = (SIZE[0] * SIZE[1]) as usize;
         let frame = |skips: bool| {
@@ -233,7 +233,7 @@ fn draw_lists_leave_out_what_is_hidden_in_the_end() {
         }
         Ok(())
     });
-    left_out.report("lists of which something was left out", cases / 8);
+    left_out.report("lists of which something was left out", cases / 4);
 }
 
 fn draw_calls<'a>(frame: &mut Frame, screen: Colours<'a>, calls: &'a Calls) {
@@ -392,7 +392,7 @@ fn draw_lists_of_small_triangles_of_any_kind() {
         Ok(())
     });
     seen.report("lists that are seen", cases / 2);
-    exactly.report("lists with values found exactly", cases / 15);
+    exactly.report("lists with values found exactly", cases / 8);
 }
 
 /// What `triangles` are on a canvas of [`SIZE`].

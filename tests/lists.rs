@@ -139,7 +139,7 @@ fn lists_with_places_are_drawn_as_without() {
         triangles.add(list.faces.iter().filter(|f| f.len() == 3).count());
         Ok(())
     });
-    pixels.report("pixels", 10 * cases);
+    pixels.report("pixels", 20 * cases);
     triangles.report("triangles", 10 * cases);
 }
 

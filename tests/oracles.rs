@@ -220,7 +220,7 @@ fn oracle_of_clipping_agrees_with_the_one_of_coverage() {
 #[test]
 fn oracle_of_values_agrees_with_barycentrics_in_f64() {
     let pixels = Tally::default();
-    let cases = check(file!(), "oracle_of_values", 500, &scenes(6.0), |scene| {
+    let cases = check(file!(), "oracle_of_values", 1000, &scenes(6.0), |scene| {
         let (view, poly) = (scene.viewport, &scene.poly);
         let plane = Plane::new(poly, view, &scene.interpolation);
         let places: Vec<_> =
@@ -270,5 +270,5 @@ fn oracle_of_values_agrees_with_barycentrics_in_f64() {
         }
         Ok(())
     });
-    pixels.report("pixels", 5 * cases);
+    pixels.report("pixels", 10 * cases);
 }

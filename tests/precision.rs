@@ -133,11 +133,11 @@ fn bent_polygons() -> impl Strategy<Value = (View, Poly)> {
 #[test]
 fn precision_of_bent_polygons_is_that_of_edges_and_spans() {
     let compared = Compared::default();
-    let cases = check(file!(), "precision_of_bent", 1500, &bent_polygons(), |(view, poly)| {
+    let cases = check(file!(), "precision_of_bent", 3000, &bent_polygons(), |(view, poly)| {
         agrees(&view, &poly, &compared)
     });
     compared.report(cases, 100);
-    compared.across.report("along edges and across spans", 50 * cases);
+    compared.across.report("along edges and across spans", 100 * cases);
 }
 
 /// Triangles and quads thinner than the subpixel grid, through centres of pixels: the centres

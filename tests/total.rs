@@ -281,7 +281,7 @@ fn total_for_any_settings() {
     let cases = check(
         file!(),
         "total_any_settings",
-        20_000,
+        30_000,
         &(settings(), polygons),
         |(settings, poly)| {
             let (outcome, _, count) = draw(&settings, &poly)?;
@@ -292,7 +292,7 @@ fn total_for_any_settings() {
         },
     );
     drawn.report("polygons drawn", cases / 10);
-    pixels.report("pixels", cases / 2);
+    pixels.report("pixels", cases);
 }
 
 /// Many polygons by one tiler: the counts are sums, and reset is reset.

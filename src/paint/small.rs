@@ -67,12 +67,17 @@ pub(crate) fn paint<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
     lanes: &mut Vec<[f32; BLOCK]>,
     shader: &mut S,
     target: &mut T,
-    depth: Option<&mut DepthBuffer<'_>>,
+    mut depth: Option<&mut DepthBuffer<'_>>,
 ) -> Option<u64> {
     simd.vectorize(
         #[inline(always)]
         move || match small.found.patches.lanes() {
-            _ if small.strict => paint_strict(simd, &small, lanes, shader, target, depth),
+            _ if small.strict => {
+                let needs_depth = S::INPUTS.depth;
+                let masks = find_strict(simd, &small, lanes, needs_depth, depth.as_deref_mut())?;
+                let masks = &masks[..small.found.patches.count()];
+                Some(shade_patches(&small, masks, lanes, shader, target, depth, false))
+            }
             1 => paint_pixel(&small, lanes, shader, target, depth),
             2..=8 => paint_small::<8, _, _, _>(simd, &small, lanes, shader, target, depth),
             9..=BLOCK => paint_small::<BLOCK, _, _, _>(simd, &small, lanes, shader, target, depth),
@@ -187,7 +192,8 @@ where
     Some(shaded)
 }
 
-/// Shades what has been found of `patches`, at the lanes of `masks`. `stored`: have the depths been?
+/// Shades what has been found of `small`, at the lanes of `masks`, one for each patch. `stored`: have its
+/// depths been?
 #[inline(always)]
 fn shade_patches<S: Shader, T: Target<Pixel = S::Pixel>>(
     small: &Small<'_>,
@@ -266,22 +272,7 @@ pub(super) fn test_pixels(
     passed
 }
 
-/// [`paint`] for `Exact`.
-#[inline(always)]
-fn paint_strict<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
-    simd: L,
-    small: &Small<'_>,
-    lanes: &mut Vec<[f32; BLOCK]>,
-    shader: &mut S,
-    target: &mut T,
-    mut depth: Option<&mut DepthBuffer<'_>>,
-) -> Option<u64> {
-    let masks = find_strict(simd, small, lanes, S::INPUTS.depth, depth.as_deref_mut())?;
-    let masks = &masks[..small.found.patches.count()];
-    Some(shade_patches(small, masks, lanes, shader, target, depth, false))
-}
-
-/// The same of a triangle whose bounding box has one pixel, which is covered: offsets count from there, so
+/// [`paint_small`] of a triangle whose bounding box has one pixel, which is covered: offsets count from there, so
 /// that nothing changes from pixel to pixel.
 #[inline(always)]
 fn paint_pixel<S, T>(

@@ -70,10 +70,10 @@ pub(super) struct Bunch {
 pub(crate) struct Asked {
     /// To compare their depths with bounds.
     depths: bool,
-    /// To be painted, where nothing about them is unusual: with so many attributes at most, and each
-    /// value rounded right?
+    /// To be painted, where nothing about them is unusual: with so many attributes at most.
     setups: bool,
     most: usize,
+    /// Is each value to be rounded right?
     strict: bool,
 }
 
