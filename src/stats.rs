@@ -97,7 +97,8 @@ pub struct Stats {
     /// Pixels that failed the depth test.
     pub pixels_hidden: u64,
     /// Values for which `f64` could not tell the correctly rounded `f32`, so that exact
-    /// arithmetic did.
+    /// arithmetic did. Which they are depends on the way that a polygon is drawn, and so, in
+    /// `Exact`, on whether those beside it in a list have as many attributes.
     pub exact_values: u64,
     /// The most bytes that the tiler's own buffers held; they never shrink.
     pub peak_bytes: u64,

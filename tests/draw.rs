@@ -346,10 +346,16 @@ fn draw_lists_of_small_triangles_of_any_kind() {
         prop::sample::select(vec![Cull::None, Cull::Back, Cull::Front]),
         any::<bool>(),
         prop::sample::select(vec![Precision::Fast, Precision::Exact]),
+        any::<bool>(),
     );
     let (seen, exactly) = (Tally::default(), Tally::default());
     let cases = check(file!(), "small_of_any_kind", 150, &strategy, |case| {
-        let (triangles, test, cull, minus_one, precision) = case;
+        let (mut triangles, test, cull, minus_one, precision, alike) = case;
+        // One that has not as many attributes as the first of eight goes the way of any polygon, whose bounds
+        // leave other values of `Exact` in doubt.
+        if alike {
+            triangles.iter_mut().for_each(|triangle| triangle.count = 2);
+        }
         let mut counted = None;
         for (name, simd) in Simd::all() {
             let mut viewport = Viewport::new(-3, 7, 160, 340).expect("small");
@@ -379,7 +385,7 @@ fn draw_lists_of_small_triangles_of_any_kind() {
                 let call = Polygons::new(triangles.as_slice(), With(Three::<false>::default()));
                 pool(threads).install(|| frame.draw(screen, &[&call]));
                 prop_assert!(bits((picture, depths)) == expected, "{}, {} threads", name, threads);
-                if !bounded {
+                if !bounded && (alike || precision == Precision::Fast) {
                     prop_assert_eq!(frame.stats().constant_w, stats.constant_w);
                     prop_assert_eq!(frame.stats().exact_values, stats.exact_values);
                 }
