@@ -81,8 +81,8 @@ pub(crate) struct Prepared<S: Simd> {
     /// or what Q must be at all for strict attributes.
     least: [f64; FUNCTIONS],
     least_q: f64,
-    /// Is the polygon no wider than a block? Then each lane is found by itself.
-    narrow: bool,
+    /// Are the polygon's spans short? Then each lane is found by itself.
+    short: bool,
     /// Are all constant? They were filled in.
     filled: bool,
     /// What strict attributes have beside; nothing of it is for plain ones.
@@ -107,7 +107,7 @@ impl<S: Simd> Prepared<S> {
             high: zeros,
             least: [0.0; FUNCTIONS],
             least_q: 0.0,
-            narrow: false,
+            short: false,
             filled: false,
             strict: false,
             bases: [0.0; FUNCTIONS],
@@ -118,7 +118,7 @@ impl<S: Simd> Prepared<S> {
 
     /// Prepares the polygon's attributes, if they can be.
     #[inline(always)]
-    pub(crate) fn set(&mut self, simd: S, gradients: &Gradients, narrow: bool) -> bool {
+    pub(crate) fn set(&mut self, simd: S, gradients: &Gradients, short: bool) -> bool {
         let (fields, q) = (&gradients.attributes, &gradients.unit_q);
         if fields.len() >= FUNCTIONS {
             return false;
@@ -131,14 +131,13 @@ impl<S: Simd> Prepared<S> {
         let over_w = fields.iter().any(over_w);
         self.filled = fields.iter().all(|field| matches!(field, Field::Constant(_)));
         self.strict = fields.iter().any(|field| matches!(field, Field::Strict(_)));
-        self.narrow = narrow;
+        self.short = short;
         self.divided = match (over_w, q.x == 0.0) {
             (false, _) => Divided::Not,
             (true, true) => Divided::ByRow,
             (true, false) => Divided::ByLane,
         };
         self.least_q = match (self.strict, self.divided) {
-            (false, _) if narrow => f64::INFINITY,
             (false, Divided::ByLane) => least_for_q(q.x),
             (false, _) => f64::NEG_INFINITY,
             (true, _) => match Doubt::least_q(gradients) {
@@ -177,7 +176,6 @@ impl<S: Simd> Prepared<S> {
     fn set_plain(&mut self, simd: S, i: usize, plain: &Plain, q_step: f64) {
         self.set_function(simd, i, plain.numerator, plain.range);
         let least = match self.divided {
-            _ if self.narrow => f64::INFINITY,
             Divided::Not if always_near(plain) => f64::NEG_INFINITY,
             Divided::Not => f64::INFINITY,
             Divided::ByRow => least_for_row(plain),
@@ -206,7 +204,7 @@ impl<S: Simd> Prepared<S> {
     fn set_function(&mut self, simd: S, i: usize, function: Linear, [low, high]: [f32; 2]) {
         self.functions.set(i, function);
         self.steps[i] = function.x;
-        if self.divided != Divided::ByRow && !self.strict && !self.narrow {
+        if self.divided != Divided::ByRow && !self.strict && !self.short {
             self.off_middle[i] = off_middle(simd, function.x);
         }
         (self.low[i], self.high[i]) = (Narrow::splat(simd, low), Narrow::splat(simd, high));
@@ -224,7 +222,14 @@ impl<S: Simd> Prepared<S> {
         }
         if self.divided == Divided::ByRow {
             self.r = 1.0 / self.starts[0];
-            for i in (1..=count).take_while(|_| !self.strict && !self.narrow) {
+            if self.strict {
+                return;
+            }
+            if self.short {
+                self.r = f64::from(1.0 / nearest_f32(self.starts[0]));
+                return;
+            }
+            for i in 1..=count {
                 let on_row = OnRow { start: self.starts[i], step: self.functions.x[i] };
                 let on_row = on_row.times(self.r);
                 (self.starts[i], self.steps[i]) = (on_row.start, on_row.step);
@@ -298,13 +303,30 @@ impl<S: Simd> Prepared<S> {
             );
             return (good > 0).then_some(undecided[0] & mask);
         }
-        let q = self.on_row(0).at(middle);
-        if q < self.least_q {
+        if !self.short {
             simd.vectorize(
                 #[inline(always)]
-                || self.find_each(simd, count, middle, q, lanes),
+                || self.find_by_block(simd, count, middle, lanes),
             );
             return Some(0);
+        }
+        let mut r = Narrow::splat(simd, nearest_f32(self.r));
+        if self.divided == Divided::ByLane {
+            r /= self.on_row(0).wide(simd, middle).narrow();
+        }
+        for (i, lanes) in (1..FUNCTIONS).zip(lanes).take(count) {
+            let value = self.on_row(i).wide(simd, middle).narrow() * r;
+            clamp_numbers(value, self.low[i], self.high[i]).store_array(lanes);
+        }
+        Some(0)
+    }
+
+    /// The same where spans are long.
+    #[inline(always)]
+    fn find_by_block(&self, simd: S, count: usize, middle: f64, lanes: &mut [[f32; BLOCK]]) {
+        let q = self.on_row(0).at(middle);
+        if q < self.least_q {
+            return self.find_each(simd, count, middle, q, lanes);
         }
         let four = four_of(simd, &self.starts, &self.steps, middle, 0);
         let at_middle = if count < FOUR {
@@ -329,19 +351,14 @@ impl<S: Simd> Prepared<S> {
             };
             clamp_numbers(value * r, self.low[i], self.high[i]).store_array(lanes);
         }
-        Some(0)
     }
 
     /// The same where not all go by their block: `q` is too small for some.
     #[inline(always)]
     fn find_each(&self, simd: S, count: usize, middle: f64, q: f64, lanes: &mut [[f32; BLOCK]]) {
         let mut r = Narrow::splat(simd, 1.0);
-        match self.divided {
-            Divided::ByRow if self.narrow => {
-                r = Narrow::splat(simd, 1.0 / nearest_f32(self.starts[0]));
-            }
-            Divided::ByLane => r /= self.lanes_of(simd, 0, middle, q),
-            _ => {}
+        if self.divided == Divided::ByLane {
+            r /= self.lanes_of(simd, 0, middle, q);
         }
         for (i, lanes) in (1..FUNCTIONS).zip(lanes).take(count) {
             let value = self.lanes_of(simd, i, middle, q) * r;

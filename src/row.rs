@@ -1,9 +1,9 @@
 //! Walking along spans: what a polygon's rows and blocks have in common is computed once.
 //!
-//! Plain quantities of polygons that are wider than a block go by blocks (see
+//! Plain quantities of polygons whose spans are long go by blocks (see
 //! [`along`](crate::along)). What all blocks of a polygon need is prepared, if they have enough in
 //! common (see [`prepared`](crate::prepared)); else each is looked at by itself. What is not plain,
-//! and narrow polygons, go the walker's way.
+//! and polygons with short spans, go the walker's way: lane by lane.
 
 use alloc::vec::Vec;
 
@@ -22,9 +22,6 @@ use crate::shade::BLOCK;
 use crate::span::{InRow, Values, Walker};
 use crate::tested::Tested;
 
-/// Polygons of fewer columns have few blocks in a row.
-const SHORT: i32 = 64;
-
 /// What is known of the attributes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Attributes {
@@ -41,9 +38,7 @@ enum Attributes {
 /// Finds values along spans, block by block.
 pub(crate) struct AlongSpans<'a, S: Simd> {
     walker: Walker<'a, S, InRow>,
-    /// Is the polygon no wider than a block?
-    pub(crate) narrow: bool,
-    /// So little that blocks are rather looked at one by one?
+    /// See [`Subject::short`](crate::gradient::Subject::short).
     pub(crate) short: bool,
     pub(crate) tested: Option<Tested<S>>,
     pub(crate) prepared: Prepared<S>,
@@ -54,13 +49,10 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
     /// `tested` is what the depth test will ask for.
     #[inline(always)]
     pub(crate) fn new(simd: S, polygon: Walked<'a>, tested: Option<Quantity>) -> Self {
-        let [first, last] = polygon.subject.columns;
-        let narrow = last - first < BLOCK as i32;
         let tested = tested.and_then(|quantity| Tested::new(simd, polygon.gradients, quantity));
-        let short = last - first < SHORT;
+        let short = polygon.subject.short;
         Self {
             walker: Walker::along_spans(simd, polygon),
-            narrow,
             short,
             tested,
             prepared: Prepared::none(simd),
@@ -156,7 +148,7 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
             || {
                 self.walker.need_attributes(lanes);
                 let gradients = &*self.walker.polygon.gradients;
-                self.attributes = if self.prepared.set(simd, gradients, self.narrow) {
+                self.attributes = if self.prepared.set(simd, gradients, self.short) {
                     lanes.resize(AHEAD * self.attribute_count(), [0.0; BLOCK]);
                     Attributes::Elsewhere
                 } else {
@@ -234,7 +226,7 @@ impl<S: Simd> Values for AlongSpans<'_, S> {
             #[inline(always)]
             || {
                 let field = self.walker.polygon.gradients.field(quantity).copied();
-                let by_blocks = !self.narrow && quantity == Quantity::Depth;
+                let by_blocks = !self.short && quantity == Quantity::Depth;
                 let Some(Field::Plain(plain)) = field.filter(|_| by_blocks) else {
                     return self.walker.evaluate(quantity, span, mask, out);
                 };
@@ -261,7 +253,7 @@ impl<S: Simd> Values for AlongSpans<'_, S> {
         simd.vectorize(
             #[inline(always)]
             || {
-                if self.narrow {
+                if self.short {
                     self.walker.evaluate_attributes(span, mask, lanes);
                 } else {
                     self.each_attribute(span, mask, lanes);

@@ -104,20 +104,20 @@ impl<S: Simd> Tested<S> {
         (Middles::of(values), good.to_bitmask().trailing_ones() as usize)
     }
 
-    /// What is tested around `middle`: by its block, unless the polygon is `narrow` or lanes are not
-    /// near each other, else each lane by itself. Nothing where it cannot be used; and the lanes that
-    /// are undecided.
+    /// What is tested around `middle`: each lane by itself if spans are `short` or the lanes are not near
+    /// each other, else by its block. Nothing where it cannot be used; and the lanes that are undecided.
     #[inline(always)]
-    pub(crate) fn find_one(&self, simd: S, middle: f64, narrow: bool) -> Option<(Narrow<S>, u16)> {
+    pub(crate) fn find_one(&self, simd: S, middle: f64, short: bool) -> Option<(Narrow<S>, u16)> {
         match self.kind {
             Kind::Plain { off_middle, near, doubtful_below, .. } => {
-                if !narrow && self.on_row.at(middle).abs() >= near {
+                let is_near = self.on_row.at(middle).abs() >= near;
+                if is_near && !short {
                     let value = self.on_row.near(simd, middle, off_middle);
                     return Some((clamp_numbers(value, self.low, self.high), 0));
                 }
                 let value = self.on_row.wide(simd, middle);
                 let mut undecided = 0;
-                if doubtful_below > 0.0 {
+                if !is_near && doubtful_below > 0.0 {
                     undecided = value.abs().below(Wide::splat(simd, doubtful_below));
                 }
                 Some((clamp_numbers(value.narrow(), self.low, self.high), undecided))

@@ -274,19 +274,22 @@ fn precision_of_an_edge_on_triangle_is_that_of_the_nearest_vertex() {
     assert_eq!(values, right);
 }
 
-/// Triangles as narrow as some steps of the grid, at any ratio of distances: the plane in `f64`
-/// is good for little.
-/// Triangles with a level side, from hardly wider than a pixel to wider than four blocks, whose w is
-/// constant along rows, or all over.
+/// Triangles with a level side, from hardly wider than a pixel to so wide that spans are long, whose
+/// w is constant along rows, or all over.
 fn level_triangles() -> impl Strategy<Value = (View, Poly)> {
-    let width = prop_oneof![1.0..17.0_f64, 1.0..80.0_f64];
+    let width = prop_oneof![1.0..17.0_f64, 1.0..80.0_f64, 300.0..800.0_f64];
     let place = (0.0..20.0_f64, width, -0.5..1.5_f64);
     let ratio = prop_oneof![Just(1.0), 1.0..9.0_f64, 1.0..1000.0_f64];
     let attributes = prop::collection::vec([-9.0..9.0_f32, 0.0..1.0_f32], 3);
     (place, 0.0..150.0_f64, 0.0..150.0_f64, ratio, attributes).prop_map(
         |((left, width, apex), level, y, ratio, attributes)| {
-            let viewport = Viewport::new(0, 0, 90, 150).expect("small");
+            let viewport = Viewport::new(0, 0, 900, 150).expect("small");
             let corners = [[left, level], [left + width, level], [left + apex * width, y]];
+            // Of what is wide, where it is wide.
+            let (x, rows) = if width > 90.0 { (left + width / 2.0 - 40.0, 9) } else { (0.0, 150) };
+            let first = if y > level { level } else { level - f64::from(rows) };
+            let window =
+                PixelRect::new(x as i32, first as i32, 90, rows).intersect(viewport.rect());
             let ws = [1.0, 1.0, ratio];
             let positions = corners.iter().zip(ws).zip(&attributes);
             let position = |((at, w), values): ((&[f64; 2], f64), &[f32; 2])| {
@@ -294,7 +297,7 @@ fn level_triangles() -> impl Strategy<Value = (View, Poly)> {
             };
             let positions = positions.map(position).collect();
             let attributes = attributes.iter().map(|values| values.to_vec()).collect();
-            (View::whole(viewport), Poly { positions, attributes })
+            (View { window, ..View::whole(viewport) }, Poly { positions, attributes })
         },
     )
 }
@@ -310,6 +313,8 @@ fn precision_of_level_triangles_is_exact() {
     compared.report(cases, 100);
 }
 
+/// Triangles as narrow as some steps of the grid, at any ratio of distances: the plane in `f64`
+/// is good for little.
 fn slivers() -> impl Strategy<Value = (View, Poly)> {
     let ends = [[0.0..60.0_f64, 0.0..60.0], [0.0..60.0, 0.0..60.0]];
     let third = (-0.5..1.5_f64, [-1.0..1.0_f64, -1.0..1.0], 0..14_i32);

@@ -293,6 +293,7 @@ mod tests {
                 clipped_w: [0.59, 2.3],
                 columns: [100, 500],
                 rows: [40, 400],
+                short: false,
                 wanted: Wanted { depth: true, inv_w: true, w: true, attributes: 2, exact: false },
             };
             let set_up = |settled: bool| {

@@ -172,6 +172,9 @@ pub(crate) struct Subject<'a> {
     /// Framebuffer columns and rows that may be covered within the viewport: first and last.
     pub(crate) columns: [i32; 2],
     pub(crate) rows: [i32; 2],
+    /// Are its spans so short, on the average, that few blocks lie in one? Then each lane is found by itself, and
+    /// blocks begin where spans do.
+    pub(crate) short: bool,
     pub(crate) wanted: Wanted,
 }
 

@@ -39,7 +39,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
             let mut mask = row.mask(block);
             if has_depth {
                 let Some(tested) = &walker.tested else { return done as i32 };
-                let new = tested.find_one(simd, middle, walker.narrow);
+                let new = tested.find_one(simd, middle, walker.short);
                 let (Some((new, undecided)), Some(stored)) = (new, stored.get(done)) else {
                     return done as i32;
                 };

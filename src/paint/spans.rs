@@ -38,7 +38,8 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         for span in spans {
             let y = span.row + corner[1];
             let (start, end) = (span.start + corner[0], span.end + corner[0]);
-            let x = start & !(BLOCK_COLUMNS - 1);
+            // What is found lane by lane may begin anywhere.
+            let x = if walker.short { start } else { start & !(BLOCK_COLUMNS - 1) };
             let (first, last) = (start - x, end - x);
             let row = Row {
                 span,

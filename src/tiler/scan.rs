@@ -25,6 +25,8 @@ pub(super) struct Taken {
     pub(super) seen: PixelRect,
     /// Does nothing clip it?
     pub(super) whole: bool,
+    /// See [`Subject::short`].
+    pub(super) short: bool,
 }
 
 /// Pixels that are covered in a window, and in how many spans.
@@ -49,7 +51,7 @@ impl Taken {
         interpolation: &'a [Interpolation],
         wanted: Wanted,
     ) -> Subject<'a> {
-        let Self { exponent, w, seen, .. } = *self;
+        let Self { exponent, w, seen, short, .. } = *self;
         Subject {
             attributes,
             viewport,
@@ -61,6 +63,7 @@ impl Taken {
             clipped_w: w,
             columns: [seen.x0, seen.x1 - 1],
             rows: [seen.y0, seen.y1 - 1],
+            short,
             wanted,
         }
     }
@@ -107,8 +110,8 @@ impl Tiler {
             return Err(Outcome::Backface);
         }
         let seen = bounds.intersect(self.viewport.rect());
-        let whole = outcodes.accepted();
-        Ok(Taken { exponent, w: range_of_w(screen, visible), seen, whole })
+        let (whole, w) = (outcodes.accepted(), range_of_w(screen, visible));
+        Ok(Taken { exponent, w, seen, whole, short: is_short(area, bounds, seen) })
     }
 
     /// 5. Edges: the Y loop, from what was taken to its spans within `window`.
@@ -232,6 +235,20 @@ pub(super) fn bounds(screen: &[ScreenVertex], viewport: Viewport) -> PixelRect {
         x1: high[0].first_centre().saturating_add(corner.x0),
         y1: high[1].first_centre().saturating_add(corner.y0),
     }
+}
+
+/// Spans that are shorter than this on the average have few blocks.
+const SHORT: u32 = 192;
+
+/// So are those of a polygon with fewer columns.
+const FEW_COLUMNS: i32 = 64;
+
+/// Has a polygon of this `area` within `bounds`, of which `seen` lies in the viewport, short spans?
+fn is_short(area: i128, bounds: PixelRect, seen: PixelRect) -> bool {
+    let rows = u128::from(bounds.y1.abs_diff(bounds.y0));
+    // Twice the area of a rectangle, with 32 fraction bits.
+    let limit = (u128::from(2 * SHORT) << 32) * rows;
+    area.unsigned_abs() < limit || seen.x1.saturating_sub(seen.x0) <= FEW_COLUMNS
 }
 
 /// Least and greatest w of the vertices that the division kept.

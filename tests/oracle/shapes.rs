@@ -310,7 +310,7 @@ pub(crate) fn loose_polygons() -> impl Strategy<Value = (View, Poly)> {
 
 /// Triangles and parallelograms with corners on centres of pixels, whose attributes are 0 along
 /// lines through centres: what `Fast` has there is nothing but its rounding errors, so that
-/// any other order of operations shows.
+/// any other order of operations shows. A few are stretched, so that their spans are long.
 pub(crate) fn vanishing_polygons() -> impl Strategy<Value = (View, Poly)> {
     let steps = [-20..20_i32, -20..20_i32, -20..20_i32, -20..20_i32];
     let line = ([-2..=2_i32, -2..=2_i32], [0..40_i32, 0..40_i32]);
@@ -318,20 +318,29 @@ pub(crate) fn vanishing_polygons() -> impl Strategy<Value = (View, Poly)> {
     // Of 12 bits, so that an attribute times w is an f32.
     let ws = [1..4096_u16, 1..4096, 1..4096];
     let side = || 33..70_u32;
-    (side(), side(), [5..30_i32, 5..30_i32], steps, (ws, any::<bool>()), attributes).prop_map(
-        |(width, height, a, [bx, by, cx, cy], (mut ws, parallelogram), attributes)| {
-            let viewport = Viewport::new(0, 0, width, height).expect("small");
+    let stretch = prop_oneof![2 => Just(1_u16), 1 => 12..40_u16];
+    let sides = (side(), side(), stretch);
+    (sides, [5..30_i32, 5..30_i32], steps, (ws, any::<bool>()), attributes).prop_map(
+        |((width, height, stretch), a, [bx, by, cx, cy], (mut ws, parallelogram), attributes)| {
+            let viewport = Viewport::new(0, 0, width * u32::from(stretch), height).expect("small");
             let mut corners = vec![a, [a[0] + bx, a[1] + by], [a[0] + cx, a[1] + cy]];
             if parallelogram {
                 corners.insert(2, [a[0] + bx + cx, a[1] + by + cy]);
                 ws = [ws[0]; 3];
             }
+            let stretched = |[x, y]: [i32; 2]| [x * i32::from(stretch), y];
+            let corners: Vec<[i32; 2]> = corners.into_iter().map(stretched).collect();
+            // Of what is wide a few rows will do.
+            let (first, rows) = if stretch == 1 { (0, height) } else { (a[1], 4) };
+            let window =
+                PixelRect::new(0, first, viewport.width(), rows).intersect(viewport.rect());
             let mut poly = Poly::default();
             for (corner, w) in corners.iter().zip(ws.iter().cycle()) {
                 let w = f64::from(*w);
                 let at = corner.map(|c| f64::from(c) + 0.5);
                 poly.positions.push(unproject(viewport, at, 0.5, w));
                 let value = |((slope, zero), linear): &(([i32; 2], [i32; 2]), bool)| {
+                    let zero = stretched(*zero);
                     let [x, y] = [0, 1].map(|k| slope[k] * (corner[k] - zero[k]));
                     // With perspective, it is s/w that is linear on the screen.
                     (x + y) as f32 * if *linear { 1.0 } else { w as f32 }
@@ -342,7 +351,7 @@ pub(crate) fn vanishing_polygons() -> impl Strategy<Value = (View, Poly)> {
                 if linear { Interpolation::NoPerspective } else { Interpolation::Perspective }
             };
             let interpolation = attributes.iter().map(|(_, linear)| mode(*linear)).collect();
-            (View { interpolation, ..View::whole(viewport) }, poly)
+            (View { interpolation, window, ..View::whole(viewport) }, poly)
         },
     )
 }
