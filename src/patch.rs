@@ -1,11 +1,15 @@
-//! Small triangles: from three snapped vertices to covered pixels, 16 at a time.
+//! Small polygons: from snapped vertices to covered pixels, 16 at a time.
 //!
-//! A triangle of a few pixels costs more in edges and spans than in pixels. Here its bounding
+//! A polygon of a few pixels costs more in edges and spans than in pixels. Here its bounding
 //! box is cut into *patches*, as many whole rows as 16 lanes hold, and a lane is covered if its
-//! centre is on the inner side of three edge functions (Pineda 1988). From one centre to the next
+//! centre is on the inner side of all edge functions (Pineda 1988). From one centre to the next
 //! they change by whole pixels' worth, so that what is less than a pixel's worth of the first never
 //! decides: `i32` has the rest exactly, and the rule is that of the Y loop: a centre on a left or a
 //! top edge is in.
+#![expect(
+    clippy::needless_range_loop,
+    reason = "loops over arrays are unrolled, iterators are not"
+)]
 
 use fearless_simd::{Simd, SimdBase, SimdMask, i32x8, i32x16};
 
@@ -13,10 +17,10 @@ use crate::lanes::low_bits;
 use crate::shade::BLOCK;
 use crate::space::PixelRect;
 
-/// Patches of a triangle, at most.
+/// Patches of a polygon, at most.
 pub(crate) const MOST: usize = 8;
 
-/// The covered pixels of a small triangle.
+/// The covered pixels of a small polygon.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Patches {
     /// The first patch's first pixel, in the framebuffer.
@@ -106,25 +110,31 @@ impl Patches {
         }
     }
 
-    /// Finds what the triangle of `edges` covers within `window`. Returns pixels and spans.
+    /// Finds what the convex polygon of `edges` covers within `window`. Returns pixels and spans.
     #[inline(always)]
-    pub(crate) fn cover<S: Simd>(
+    pub(crate) fn cover<S: Simd, const N: usize>(
         &mut self,
         simd: S,
-        edges: [Edge; 3],
+        edges: [Edge; N],
         window: PixelRect,
     ) -> (u64, u64) {
+        // A bit that is set in any of them is that of a negative number.
         if self.is_pixel() {
-            let inside = edges[0].start | edges[1].start | edges[2].start;
+            let mut inside = edges[0].start;
+            for i in 1..N {
+                inside |= edges[i].start;
+            }
             self.masks[0] = u16::from(inside >= 0 && window.contains(self.bounds()));
             return (self.masks[0].into(), self.masks[0].into());
         }
         let columns = usize::from(self.columns);
         let in_rows = u16::MAX >> (16 - self.columns * self.rows);
         let seen_whole = window.contains(self.bounds());
-        let [a, b, c] = edges;
         if self.pixels_of_box <= HALF {
-            let any = a.half(simd, columns) | b.half(simd, columns) | c.half(simd, columns);
+            let mut any = edges[0].half(simd, columns);
+            for i in 1..N {
+                any |= edges[i].half(simd, columns);
+            }
             let outside = any.simd_lt(i32x8::splat(simd, 0));
             let mut mask = !low_bits(outside.to_bitmask()) & u16::MAX >> (16 - self.pixels_of_box);
             if !seen_whole {
@@ -133,14 +143,16 @@ impl Patches {
             self.masks[0] = mask;
             return (mask.count_ones().into(), runs_of(mask, columns).into());
         }
-        let (at_a, at_b, at_c) =
-            (a.lanes(simd, columns), b.lanes(simd, columns), c.lanes(simd, columns));
+        let mut at = [edges[0].lanes(simd, columns); N];
+        for i in 1..N {
+            at[i] = edges[i].lanes(simd, columns);
+        }
         let (mut pixels, mut spans, mut row) = (0, 0, 0);
         for i in 0..self.count {
-            // A bit that is set in any of them is that of a negative number.
-            let any = (at_a + i32x16::splat(simd, row * a.step_y))
-                | (at_b + i32x16::splat(simd, row * b.step_y))
-                | (at_c + i32x16::splat(simd, row * c.step_y));
+            let mut any = at[0] + i32x16::splat(simd, row * edges[0].step_y);
+            for k in 1..N {
+                any |= at[k] + i32x16::splat(simd, row * edges[k].step_y);
+            }
             let outside = any.simd_lt(i32x16::splat(simd, 0));
             let mut mask = !low_bits(outside.to_bitmask()) & in_rows;
             if !seen_whole {
@@ -204,7 +216,7 @@ impl Patches {
 }
 
 /// An edge function, over a pixel's side: not negative at the centres on the inner side. Of a
-/// triangle that has patches, no number here reaches 2^30.
+/// polygon that has patches, no number here reaches 2^30.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
     /// At the first pixel's centre, rounded down.

@@ -1,9 +1,13 @@
-//! Small triangles within the view volume: from places on the grid to covered pixels.
+//! Small triangles and quadrilaterals within the view volume: from places on the grid to covered pixels.
 //!
-//! Most polygons are small triangles that nothing clips. For them this does what edges and spans
-//! do for any polygon, and to the same pixels. What is not such a triangle is left to those. Up to
-//! eight are looked at together: every number here is a whole one, or some bits of one, and below
-//! 2^50, so that `f64` has it exactly.
+//! Most polygons are small ones that nothing clips. For triangles, and for quadrilaterals that are convex
+//! on the grid, this does what edges and spans do for any polygon, and to the same pixels. What is neither
+//! is left to those. Up to eight of a kind are looked at together: every number here is a whole one, or some
+//! bits of one, and below 2^50, so that `f64` has it exactly.
+#![expect(
+    clippy::needless_range_loop,
+    reason = "loops over arrays are unrolled, iterators are not"
+)]
 
 use fearless_simd::Simd;
 
@@ -13,7 +17,7 @@ use crate::number::{EIGHT, Lanes, Number};
 use crate::patch::{Edge, Patches};
 use crate::space::PixelRect;
 
-/// A small triangle within the view volume that covers some pixels.
+/// A small polygon within the view volume that covers some pixels.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct InView {
     pub(crate) patches: Patches,
@@ -21,7 +25,7 @@ pub(crate) struct InView {
     pub(crate) bounds: PixelRect,
     pub(crate) pixels: u64,
     pub(crate) spans: u64,
-    /// How far beyond those of its corners its depths may lie: times their range.
+    /// How far beyond those of its corners a triangle's depths may lie: times their range.
     pub(crate) beyond: f64,
 }
 
@@ -34,10 +38,10 @@ impl InView {
     }
 }
 
-/// What became of a triangle.
+/// What became of a polygon.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Sight {
-    /// It is not small, or not within the view volume.
+    /// It is not small, not within the view volume, or has no convex outline.
     #[default]
     Elsewhere,
     /// No area, once snapped.
@@ -46,11 +50,14 @@ pub(crate) enum Sight {
     Away,
     /// No pixel's centre is covered, or none in the window.
     Nothing,
-    /// [`InView`] tells.
+    /// [`InView`] tells; of a quadrilateral.
     Pixels,
+    PixelsOfQuad,
+    /// What it covers is hidden.
+    Hidden,
 }
 
-/// The longest side of a small triangle's bounding box, with 16 fraction bits.
+/// The longest side of a small polygon's bounding box, with 16 fraction bits.
 const LARGEST: f64 = 256.0 * PIXEL;
 
 /// A pixel, with 16 fraction bits.
@@ -65,7 +72,7 @@ pub(crate) const THICK: f64 = 512.0;
 /// By how much of the corners' range depths may lie beyond it, then.
 pub(crate) const BEYOND: f64 = 1.0 / 64.0;
 
-/// Where triangles are to be drawn.
+/// Where small polygons are to be drawn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scope {
     /// The viewport's corner in the framebuffer, and what of that is drawn.
@@ -77,18 +84,24 @@ pub(crate) struct Scope {
     pub(crate) snap_reach: f64,
 }
 
-/// Triangles' vertices on the grid, from the viewport's corner, with 16 fraction bits.
-#[derive(Debug, Default)]
-pub(crate) struct Places {
-    pub(crate) x: [Lanes; 3],
-    pub(crate) y: [Lanes; 3],
-    /// A bit for each lane: is it a triangle within the view volume?
+/// Vertices of polygons of `N` on the grid, from the viewport's corner, with 16 fraction bits.
+#[derive(Debug)]
+pub(crate) struct Places<const N: usize> {
+    pub(crate) x: [Lanes; N],
+    pub(crate) y: [Lanes; N],
+    /// A bit for each lane: is there such a polygon within the view volume?
     pub(crate) within: u8,
 }
 
+impl<const N: usize> Default for Places<N> {
+    fn default() -> Self {
+        Self { x: [Lanes::default(); N], y: [Lanes::default(); N], within: 0 }
+    }
+}
+
 /// What is known of them; of what is asked for by lane, [`WHOLE`] more than it is.
-#[derive(Debug, Default)]
-pub(crate) struct Looks {
+#[derive(Debug)]
+pub(crate) struct Looks<const N: usize> {
     /// A bit for each lane; the first of these that holds counts.
     small: u8,
     degenerate: u8,
@@ -98,12 +111,27 @@ pub(crate) struct Looks {
     /// the first, and the first beyond.
     first: [Lanes; 2],
     end: [Lanes; 2],
-    edges: [EdgeLanes; 3],
+    edges: [EdgeLanes; N],
     beyond: Lanes,
 }
 
+impl<const N: usize> Default for Looks<N> {
+    fn default() -> Self {
+        Self {
+            small: 0,
+            degenerate: 0,
+            away: 0,
+            empty: 0,
+            first: [Lanes::default(); 2],
+            end: [Lanes::default(); 2],
+            edges: [EdgeLanes::default(); N],
+            beyond: Lanes::default(),
+        }
+    }
+}
+
 /// See [`Edge`].
-#[derive(Debug, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct EdgeLanes {
     start: Lanes,
     step_x: Lanes,
@@ -148,27 +176,45 @@ fn first_centre<F: Number>(bits: F) -> F {
     bits * (1.0 / PIXEL) - HALF_STEP + WHOLE
 }
 
-impl Looks {
-    /// Forgets all. Is any of the triangles of `places` worth a look?
+impl<const N: usize> Looks<N> {
+    /// Forgets all. Is any of the polygons of `places` worth a look?
     #[inline(always)]
-    pub(crate) fn start(&mut self, places: &Places) -> bool {
+    pub(crate) fn start(&mut self, places: &Places<N>) -> bool {
         self.small = 0;
         places.within != 0
     }
 
-    /// Looks at the triangles of `places`.
+    /// Is there a small polygon in any lane?
     #[inline(always)]
-    pub(crate) fn look<F: Number>(&mut self, level: F::Level, places: &Places, scope: &Scope) {
-        let [ax, bx, cx] = load::<F>(level, &places.x);
-        let [ay, by, cy] = load::<F>(level, &places.y);
-        let (low_x, high_x) = (ax.lesser(bx).lesser(cx), ax.greater(bx).greater(cx));
-        let (low_y, high_y) = (ay.lesser(by).lesser(cy), ay.greater(by).greater(cy));
+    pub(crate) fn any(&self) -> bool {
+        self.small != 0
+    }
+
+    /// Is there one in `lane`?
+    #[inline(always)]
+    pub(crate) fn is_small(&self, lane: usize) -> bool {
+        self.small >> (lane % EIGHT) & 1 != 0
+    }
+
+    /// Looks at the polygons of `places`.
+    #[inline(always)]
+    pub(crate) fn look<F: Number>(&mut self, level: F::Level, places: &Places<N>, scope: &Scope) {
+        let (xs, ys) = (load::<F, N>(level, &places.x), load::<F, N>(level, &places.y));
+        let (mut low_x, mut high_x) = (xs[0], xs[0]);
+        let (mut low_y, mut high_y) = (ys[0], ys[0]);
+        for i in 1..N {
+            (low_x, high_x) = (low_x.lesser(xs[i]), high_x.greater(xs[i]));
+            (low_y, high_y) = (low_y.lesser(ys[i]), high_y.greater(ys[i]));
+        }
         let (width, height) = (high_x - low_x, high_y - low_y);
-        let largest = ax.like(LARGEST);
+        let largest = low_x.like(LARGEST);
         self.small = places.within & F::bits(width.lt(largest) & height.lt(largest));
-        let area = (by - ay) * (cx - ax) - (bx - ax) * (cy - ay);
-        let zero = ax.like(0.0);
+        let zero = low_x.like(0.0);
+        let area = turn([xs[0], ys[0]], [xs[1], ys[1]], [xs[2], ys[2]]);
         let front = zero.lt(area);
+        if N > 3 {
+            self.small &= F::bits(turns_one_way(&xs, &ys));
+        }
         self.degenerate = F::bits(area.eq(zero));
         let [back_wanted, front_wanted] = scope.wants;
         self.away = match (back_wanted, front_wanted) {
@@ -187,27 +233,32 @@ impl Looks {
 
         // From the first pixel's centre, the same way round for all.
         let (x, y) = ((x0 - WHOLE) * PIXEL + PIXEL / 2.0, (y0 - WHOLE) * PIXEL + PIXEL / 2.0);
-        let a = [ax - x, ay - y];
-        let b = [F::select(front, cx, bx) - x, F::select(front, cy, by) - y];
-        let c = [F::select(front, bx, cx) - x, F::select(front, by, cy) - y];
-        let [ab, bc, ca] = &mut self.edges;
-        ab.set(a, b);
-        bc.set(b, c);
-        ca.set(c, a);
+        let mut corners = [[zero; 2]; N];
+        for i in 0..N {
+            let k = (N - i) % N;
+            let (cx, cy) = (F::select(front, xs[k], xs[i]), F::select(front, ys[k], ys[i]));
+            corners[i] = [cx - x, cy - y];
+        }
+        for i in 0..N {
+            self.edges[i].set(corners[i], corners[(i + 1) % N]);
+        }
 
+        if N > 3 {
+            return;
+        }
         let reach = scope.snap_reach;
         let size = (width + height) * (1.0 / PIXEL) + 2.0 * reach;
         let thick = (size * (THICK * reach)).le(area.abs() * (1.0 / (PIXEL * PIXEL)));
         F::select(thick, zero + BEYOND, zero + f64::INFINITY).store(&mut self.beyond);
     }
 
-    /// What becomes of the triangle in `lane`. If it may cover pixels, `found` has its patches, with
+    /// What becomes of the polygon in `lane`. If it may cover pixels, `found` has its patches, with
     /// nothing covered yet.
     #[inline(always)]
     pub(crate) fn sight(&self, lane: usize, scope: &Scope, found: &mut InView) -> Sight {
         let lane = lane % EIGHT;
         let is = |lanes: u8| lanes >> lane & 1 != 0;
-        if !is(self.small) {
+        if !self.is_small(lane) {
             return Sight::Elsewhere;
         }
         if is(self.degenerate) {
@@ -233,7 +284,7 @@ impl Looks {
         Sight::Pixels
     }
 
-    /// Finds what the triangle in `lane` covers within the window, of those that may cover pixels.
+    /// Finds what the polygon in `lane` covers within the window, of those that may cover pixels.
     #[inline(always)]
     pub(crate) fn cover<S: Simd>(
         &self,
@@ -242,15 +293,41 @@ impl Looks {
         scope: &Scope,
         found: &mut InView,
     ) -> Sight {
-        let [ab, bc, ca] = &self.edges;
         let lane = lane % EIGHT;
-        let edges = [ab.of(lane), bc.of(lane), ca.of(lane)];
+        let mut edges = [self.edges[0].of(lane); N];
+        for i in 1..N {
+            edges[i] = self.edges[i].of(lane);
+        }
         (found.pixels, found.spans) = found.patches.cover(simd, edges, scope.window);
         if found.pixels > 0 { Sight::Pixels } else { Sight::Nothing }
     }
 }
 
+/// Twice the area of a triangle; positive for counter-clockwise ones (y up).
 #[inline(always)]
-fn load<F: Number>(level: F::Level, [a, b, c]: &[Lanes; 3]) -> [F; 3] {
-    [F::load(level, a), F::load(level, b), F::load(level, c)]
+fn turn<F: Number>([ax, ay]: [F; 2], [bx, by]: [F; 2], [cx, cy]: [F; 2]) -> F {
+    (by - ay) * (cx - ax) - (bx - ax) * (cy - ay)
+}
+
+/// Does the outline turn the same way at each corner? Of four corners none crosses itself then.
+#[inline(always)]
+fn turns_one_way<F: Number, const N: usize>(xs: &[F; N], ys: &[F; N]) -> F::Truth {
+    let zero = xs[0].like(0.0);
+    let area = turn([xs[0], ys[0]], [xs[1], ys[1]], [xs[2], ys[2]]);
+    let (mut front, mut back) = (zero.lt(area), area.lt(zero));
+    for i in 1..N {
+        let (k, l) = ((i + 1) % N, (i + 2) % N);
+        let area = turn([xs[i], ys[i]], [xs[k], ys[k]], [xs[l], ys[l]]);
+        (front, back) = (front & zero.lt(area), back & area.lt(zero));
+    }
+    front | back
+}
+
+#[inline(always)]
+fn load<F: Number, const N: usize>(level: F::Level, lanes: &[Lanes; N]) -> [F; N] {
+    let mut numbers = [F::load(level, &lanes[0]); N];
+    for i in 1..N {
+        numbers[i] = F::load(level, &lanes[i]);
+    }
+    numbers
 }

@@ -252,17 +252,17 @@ fn draw_calls<'a>(frame: &mut Frame, screen: Colours<'a>, calls: &'a Calls) {
     frame.draw(screen, &list);
 }
 
-/// A small triangle: polygons of a batch need not have as many attributes.
+/// A small triangle or quadrilateral: polygons of a batch need not have as many attributes.
 #[derive(Clone, Debug)]
 struct Small {
-    positions: [[f64; 4]; 3],
-    attributes: [[f32; 3]; 3],
+    positions: Vec<[f64; 4]>,
+    attributes: Vec<[f32; 3]>,
     count: usize,
 }
 
 impl Polygon for Small {
     fn len(&self) -> usize {
-        3
+        self.positions.len()
     }
 
     fn attribute_count(&self) -> usize {
@@ -278,7 +278,7 @@ impl Polygon for Small {
     }
 }
 
-/// What is unusual about a small triangle's corners.
+/// What is unusual about a small polygon's corners.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Any,
@@ -288,8 +288,23 @@ enum Kind {
     Ties,
 }
 
-/// Small triangles with much that is unusual: corners one above the other, depths and w of all sizes or
-/// the same all over, attributes that are the same, zeros of both signs, tiny, huge or no numbers.
+/// Where the fourth corner of a quadrilateral is, opposite to the first of three: by so much of the sides from
+/// there; and how far it, and its attributes, are off their planes, by the length of one.
+type Fourth = ([f64; 2], [f64; 2]);
+
+/// Parallelograms, other flat ones with affine attributes, and such that are neither, or not convex.
+fn fourth() -> impl Strategy<Value = Option<Fourth>> {
+    let off = || prop_oneof![6 => Just(0.0), 2 => -0.002..0.002_f64, 1 => -1.0..1.0_f64];
+    let along = prop_oneof![
+        3 => Just([1.0, 1.0]),
+        4 => [0.4..2.0_f64, 0.6..2.0],
+        2 => [-0.5..1.0_f64, -0.5..1.0],
+    ];
+    prop::option::of((along, [off(), off()]))
+}
+
+/// Small triangles and quadrilaterals with much that is unusual: corners one above the other, depths and w of
+/// all sizes or the same all over, attributes that are the same, zeros of both signs, tiny, huge or no numbers.
 fn small() -> impl Strategy<Value = Small> {
     let place = (-0.9..0.9_f64, -0.9..0.9_f64);
     let step = prop_oneof![1 => Just(0.0), 4 => -0.03..0.03_f64];
@@ -304,8 +319,17 @@ fn small() -> impl Strategy<Value = Small> {
     let corners = prop::collection::vec(corner, 3);
     let count = prop_oneof![8 => Just(2_usize), 1 => 0..4_usize];
     let kind = prop_oneof![6 => Just(Kind::Any), 2 => Just(Kind::AtCentre), 1 => Just(Kind::Ties)];
-    (place, w, corners, values, (any::<bool>(), kind), count).prop_map(
-        |((mut x, mut y), mut w, mut corners, mut values, (mut level, kind), count)| {
+    let unusual = (any::<bool>(), kind, 0..8_usize);
+    (place, w, corners, values, unusual, count, fourth()).prop_map(
+        |(
+            (mut x, mut y),
+            mut w,
+            mut corners,
+            mut values,
+            (mut level, kind, turn),
+            count,
+            fourth,
+        )| {
             if kind != Kind::Any {
                 (x, y) = (((x * 80.0).floor() + 0.5) / 80.0, ((y * 170.0).floor() + 0.5) / 170.0);
                 (corners[0].0, corners[0].1) = ([0.0; 2], 0.0);
@@ -319,27 +343,46 @@ fn small() -> impl Strategy<Value = Small> {
                     values[3 * i] = (16_777_216.0 + 2.0 * more as f32, None);
                 }
             }
-            let positions = [0, 1, 2].map(|i| {
+            let mut positions = Vec::from([0, 1, 2].map(|i| {
                 let ([dx, dy], z, dw) = corners[i];
                 let (z, w) = if level { (corners[0].1, w) } else { (z, w * dw) };
                 [(x + dx) * w, (y + dy) * w, z * w, w]
-            });
+            }));
             // Now and then that of another corner.
-            let attributes = [0, 1, 2].map(|i| {
+            let mut attributes = Vec::from([0, 1, 2].map(|i| {
                 [0, 1, 2].map(|k| match values[3 * i + k] {
                     (_, Some(from)) if from < 3 => values[3 * from + k].0,
                     (value, _) => value,
                 })
-            });
+            }));
+            if let Some(([s, t], [off_z, off])) = fourth {
+                let at = |[a, b, c]: [f64; 3]| a + s * (b - a) + t * (c - a);
+                let mut position = [0, 1, 2, 3].map(|k| at([0, 1, 2].map(|i| positions[i][k])));
+                position[2] += off_z * (positions[1][0] - positions[0][0]);
+                let value = |k: usize| {
+                    let [a, b, c] = [0, 1, 2].map(|i| f64::from(attributes[i][k]));
+                    // What is the same all over stays so.
+                    (at([a, b, c]) + off * (b - a)) as f32
+                };
+                let values = [value(0), value(1), value(2)];
+                positions.insert(2, position);
+                attributes.insert(2, values);
+                if turn >= 4 {
+                    positions.reverse();
+                    attributes.reverse();
+                }
+                positions.rotate_left(turn % 4);
+                attributes.rotate_left(turn % 4);
+            }
             Small { positions, attributes, count }
         },
     )
 }
 
-/// P3: small triangles that are set up together are what they are alone, and what they are where a shader
+/// P3: small polygons that are set up together are what they are alone, and what they are where a shader
 /// asks for w, which no way of theirs knows.
 #[test]
-fn draw_lists_of_small_triangles_of_any_kind() {
+fn draw_lists_of_small_polygons_of_any_kind() {
     let strategy = (
         prop::collection::vec(small(), 1..120),
         depth_tests(),
@@ -350,11 +393,11 @@ fn draw_lists_of_small_triangles_of_any_kind() {
     );
     let (seen, exactly) = (Tally::default(), Tally::default());
     let cases = check(file!(), "small_of_any_kind", 150, &strategy, |case| {
-        let (mut triangles, test, cull, minus_one, precision, alike) = case;
+        let (mut polygons, test, cull, minus_one, precision, alike) = case;
         // One that has not as many attributes as the first of eight goes the way of any polygon, whose bounds
         // leave other values of `Exact` in doubt.
         if alike {
-            triangles.iter_mut().for_each(|triangle| triangle.count = 2);
+            polygons.iter_mut().for_each(|polygon| polygon.count = 2);
         }
         let mut counted = None;
         for (name, simd) in Simd::all() {
@@ -366,9 +409,9 @@ fn draw_lists_of_small_triangles_of_any_kind() {
             tiler.set_origin(2, 11).set_depth_test(test).set_cull(cull).set_simd(simd);
             let area = (SIZE[0] * SIZE[1]) as usize;
             tiler.set_precision(precision);
-            let (any, _) = small_ones(&mut tiler, &triangles, Three::<true>::default());
+            let (any, _) = small_ones(&mut tiler, &polygons, Three::<true>::default());
             tiler.reset_stats();
-            let (expected, stats) = small_ones(&mut tiler, &triangles, Three::<false>::default());
+            let (expected, stats) = small_ones(&mut tiler, &polygons, Three::<false>::default());
             prop_assert!(any == expected, "{}, one by one", name);
             counted = Some(stats);
             let mut frame = Frame::new(tiler);
@@ -382,7 +425,7 @@ fn draw_lists_of_small_triangles_of_any_kind() {
                 let target = Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size");
                 let screen = Screen { target, depth: Some(depth), clear: None };
                 frame.set_parallel(threads > 1);
-                let call = Polygons::new(triangles.as_slice(), With(Three::<false>::default()));
+                let call = Polygons::new(polygons.as_slice(), With(Three::<false>::default()));
                 pool(threads).install(|| frame.draw(screen, &[&call]));
                 prop_assert!(bits((picture, depths)) == expected, "{}, {} threads", name, threads);
                 if !bounded && (alike || precision == Precision::Fast) {
@@ -401,19 +444,19 @@ fn draw_lists_of_small_triangles_of_any_kind() {
     exactly.report("lists with values found exactly", cases / 8);
 }
 
-/// What `triangles` are on a canvas of [`SIZE`].
+/// What `polygons` are on a canvas of [`SIZE`].
 fn small_ones(
     tiler: &mut Tiler,
-    triangles: &[Small],
+    polygons: &[Small],
     mut shader: impl Shader<Pixel = [u32; 3]>,
 ) -> (Drawn, Stats) {
     let area = (SIZE[0] * SIZE[1]) as usize;
     let (mut picture, mut depths) = (vec![[0; 3]; area], vec![0.5_f32; area]);
     let mut target = Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size");
     let mut depth = Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size");
-    for (i, triangle) in triangles.iter().enumerate() {
+    for (i, polygon) in polygons.iter().enumerate() {
         shader.start(i);
-        tiler.draw(triangle, &mut shader, &mut target, Some(&mut depth));
+        tiler.draw(polygon, &mut shader, &mut target, Some(&mut depth));
     }
     (bits((picture, depths)), tiler.stats())
 }
@@ -538,7 +581,7 @@ impl Owners {
         let (x, y) = ((i % 20) as f64 * 0.09 - 0.9, (i / 20) as f64 * 0.09 - 0.9);
         let corner = |dx: f64, dy: f64| [x + dx, y + dy, 0.5, 1.0];
         let positions = [corner(0.0, 0.0), corner(0.04, 0.01), corner(0.01, 0.03)];
-        Small { positions, attributes: [[1.0, 2.0, 3.0]; 3], count: 2 }
+        Small { positions: positions.to_vec(), attributes: vec![[1.0, 2.0, 3.0]; 3], count: 2 }
     }
 }
 

@@ -139,7 +139,7 @@ impl<F: Number> Projection<F> {
 
     /// (X, Y, w) of a clip position.
     #[inline(always)]
-    fn project(&self, position: [F; 4]) -> [F; 3] {
+    pub(crate) fn project(&self, position: [F; 4]) -> [F; 3] {
         let [[x, dx], [y, dy]] = self.terms(position);
         [x + dx, y + dy, position[3]]
     }

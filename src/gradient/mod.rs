@@ -18,6 +18,7 @@ pub(crate) mod enclosure;
 mod value;
 mod view;
 pub(crate) mod small;
+pub(crate) mod small_quad;
 pub(crate) mod small_strict;
 
 use alloc::boxed::Box;

@@ -1,5 +1,9 @@
-//! Set-ups of small triangles within the view volume, up to eight at a time: a lane is a triangle. Those
-//! of `Fast` are here, with the bits of [`Gradients`](super::Gradients).
+//! Set-ups of small triangles and quadrilaterals within the view volume, up to eight at a time: a lane is
+//! one of them. Those of triangles in `Fast` are here, with the bits of [`Gradients`](super::Gradients).
+#![expect(
+    clippy::needless_range_loop,
+    reason = "loops over arrays are unrolled, iterators are not"
+)]
 
 use alloc::vec::Vec;
 
@@ -13,24 +17,30 @@ use crate::space::Viewport;
 /// The greatest w is at least the first, and below the second: else positions are scaled.
 const MODERATE: [f64; 2] = [1.0 / 18_446_744_073_709_551_616.0, 36_893_488_147_419_103_232.0];
 
-/// The triangles that are set up.
+/// The polygons that are set up.
 #[derive(Debug, Default)]
 pub(crate) struct SmallCorners {
-    /// Clip positions of the corners, in the polygon's order.
-    pub(crate) positions: [[Lanes; 4]; 3],
+    /// Clip positions of the corners: a triangle's in its order; a quadrilateral's triple, and the fourth.
+    pub(crate) positions: [[Lanes; 4]; 4],
     /// Column and row of the pixel that offsets count from, and how far others are from it at most.
     pub(crate) anchor: [Lanes; 2],
     pub(crate) reach: Lanes,
-    /// How far beyond those of the corners depths may lie: times their range.
+    /// How far beyond those of its corners a triangle's depths may lie: times their range.
     pub(crate) beyond: Lanes,
 }
 
 impl SmallCorners {
-    /// The positions.
+    /// The positions of a triangle, or of the triple.
     #[inline(always)]
     pub(crate) fn load<F: Number>(&self, level: F::Level) -> [[F; 4]; 3] {
-        let [a, b, c] = &self.positions;
+        let [a, b, c, _] = &self.positions;
         [load_position(level, a), load_position(level, b), load_position(level, c)]
+    }
+
+    /// That of the fourth corner.
+    #[inline(always)]
+    pub(crate) fn load_fourth<F: Number>(&self, level: F::Level) -> [F; 4] {
+        load_position(level, &self.positions[3])
     }
 }
 
@@ -45,7 +55,7 @@ pub(crate) struct SmallSetups {
     flat_zero: u8,
     unit_q: LinearLanes,
     pub(super) depth: LinearLanes,
-    doubtful_below: Lanes,
+    pub(super) doubtful_below: Lanes,
     pub(super) strict: StrictLanes,
     /// The first so many are set.
     pub(super) count: usize,
@@ -59,8 +69,8 @@ pub(super) struct LinearLanes([Lanes; 3]);
 /// An attribute.
 #[derive(Debug, Default)]
 pub(crate) struct AttributeLanes {
-    /// At the corners, in the polygon's order.
-    pub(crate) values: [Lanes; 3],
+    /// At the corners, in the order of their positions.
+    pub(crate) values: [Lanes; 4],
     /// Over Q, times the unit; in `Fast`, where Q does not change, divided by it.
     pub(super) numerator: LinearLanes,
     pub(super) range: [Lanes; 2],
@@ -73,17 +83,24 @@ pub(crate) struct AttributeLanes {
 }
 
 impl AttributeLanes {
-    /// The values.
+    /// The first `N` values.
     #[inline(always)]
-    pub(super) fn load<F: Number>(&self, level: F::Level) -> [F; 3] {
-        let [a, b, c] = &self.values;
-        [F::load(level, a), F::load(level, b), F::load(level, c)]
+    pub(super) fn load<F: Number, const N: usize>(&self, level: F::Level) -> [F; N] {
+        let mut values = [F::load(level, &self.values[0]); N];
+        for i in 1..N {
+            values[i] = F::load(level, &self.values[i]);
+        }
+        values
     }
 
     /// Finds out where its values are the same.
     #[inline(always)]
-    pub(super) fn set_same<F: Number>(&mut self, [a, b, c]: [F; 3]) -> F::Truth {
-        let same = a.same_bits(b) & a.same_bits(c) & (a * 0.0).eq(a.like(0.0));
+    pub(super) fn set_same<F: Number, const N: usize>(&mut self, values: &[F; N]) -> F::Truth {
+        let first = values[0];
+        let mut same = (first * 0.0).eq(first.like(0.0));
+        for i in 1..N {
+            same = same & first.same_bits(values[i]);
+        }
         self.same = F::bits(same);
         same
     }
@@ -189,8 +206,8 @@ impl SmallSetups {
         // As for any polygon: one rounding is left where w is the same all over.
         let divisor = F::select(divided, q.c.reciprocal(), low.like(1.0));
         for attribute in self.attributes.iter_mut().take(self.count) {
-            let [a, b, c] = turn.turned(attribute.load::<F>(level));
-            let same = attribute.set_same([a, b, c]);
+            let [a, b, c] = turn.turned(attribute.load::<F, 3>(level));
+            let same = attribute.set_same(&[a, b, c]);
             if attribute.same & lanes == lanes {
                 a.store(&mut attribute.range[0]);
                 continue;
@@ -198,9 +215,7 @@ impl SmallSetups {
             let ([low, high], usual) = usual_range([a, b, c]);
             let numerator = view.numerator([a, b, c]);
             attribute.numerator.store(if divides { numerator.scaled(divisor) } else { numerator });
-            // What is the same all over keeps its zero's sign.
-            F::select(same, a, low).store(&mut attribute.range[0]);
-            high.store(&mut attribute.range[1]);
+            attribute.set_range(same, a, [low, high]);
             self.usual &= F::bits(usual | same);
         }
     }
@@ -272,6 +287,13 @@ impl SmallSetups {
         (self.flat_zero >> lane & 1 == 0).then_some((self.depth.of(lane), limit))
     }
 
+    /// Depth at places from the anchors.
+    #[inline(always)]
+    pub(crate) fn depth_at<F: Number>(&self, level: F::Level, [u, v]: [F; 2]) -> F {
+        let LinearLanes([x, y, c]) = &self.depth;
+        F::load(level, c) + F::load(level, y) * v + F::load(level, x) * u
+    }
+
     /// Q times the power of two that brings the least into 1..2.
     #[inline(always)]
     pub(crate) fn unit_q(&self, lane: usize) -> Linear {
@@ -300,6 +322,16 @@ impl SmallSetups {
 #[inline(always)]
 fn load_position<F: Number>(level: F::Level, [x, y, z, w]: &[Lanes; 4]) -> [F; 4] {
     [F::load(level, x), F::load(level, y), F::load(level, z), F::load(level, w)]
+}
+
+/// Least and greatest of some numbers.
+#[inline(always)]
+pub(super) fn range_of<F: Number, const N: usize>(numbers: &[F; N]) -> [F; 2] {
+    let (mut low, mut high) = (numbers[0], numbers[0]);
+    for i in 1..N {
+        (low, high) = (low.lesser(numbers[i]), high.greater(numbers[i]));
+    }
+    [low, high]
 }
 
 /// A bit for each triangle of which all positions are finite, and whose greatest w is moderate.

@@ -6,7 +6,8 @@
 //! derives the bounds.
 
 use super::frame::{Frame, Projection, Reach, U};
-use super::small::{SmallCorners, SmallSetups, moderate};
+use super::small::{SmallCorners, SmallSetups, moderate, range_of};
+use super::small_quad::{Fourth, depth_of, part_of};
 use super::{CERTAIN, FITS, QUICK_QUOTIENT_ERROR, QUOTIENT_ROOM, SUM_ERROR};
 use crate::number::{EIGHT, Lanes, Number};
 use crate::space::Viewport;
@@ -36,9 +37,9 @@ pub(super) struct StrictLanes {
 }
 
 impl SmallSetups {
-    /// What [`set`](Self::set) is to `Fast`.
+    /// What [`set`](Self::set) and [`set_quads`](Self::set_quads) are to `Fast`, of polygons with `N` corners.
     #[inline(always)]
-    pub(crate) fn set_strict<F: Number>(
+    pub(crate) fn set_strict<F: Number, const N: usize>(
         &mut self,
         level: F::Level,
         corners: &SmallCorners,
@@ -47,8 +48,7 @@ impl SmallSetups {
     ) {
         let triangle = corners.load::<F>(level);
         let [a, b, c] = &triangle;
-        let low = a[3].lesser(b[3]).lesser(c[3]);
-        let high = a[3].greater(b[3]).greater(c[3]);
+        let [mut low, mut high] = range_of(&[a[3], b[3], c[3]]);
         let [column, row] = &corners.anchor;
         let projection = Projection::new(viewport, [F::load(level, column), F::load(level, row)]);
         let reach = F::load(level, &corners.reach);
@@ -56,7 +56,16 @@ impl SmallSetups {
         let frame = Frame::new(&projection, triangle, reach);
         let (q, det) = (frame.plane.q, frame.plane.det);
 
-        let least_q = det.abs() / high;
+        let mut fourth = None;
+        if N > 3 {
+            let d = corners.load_fourth::<F>(level);
+            (low, high) = (low.lesser(d[3]), high.greater(d[3]));
+            fourth = Some(Fourth::new(&projection, &frame.plane, &triangle, d));
+        }
+        let mut least_q = det.abs() / high;
+        if let Some(fourth) = &fourth {
+            least_q = fourth.least_q(least_q);
+        }
         let unit = least_q.inverse_power(det);
         let unit_size = unit.abs();
         let least_unit_q = least_q * unit_size * LEAST_Q;
@@ -68,16 +77,16 @@ impl SmallSetups {
         // Neither holds for what is no number.
         let certain = q_error.le(limit) & det_error.le(limit);
         self.usual = F::bits(certain & high.le(low * FITS)) & moderate(&triangle, low, high);
+        if let Some(fourth) = &fourth {
+            self.usual &= F::bits(fourth.usual);
+        }
         self.set_q(q.scaled(unit));
         least_unit_q.store(&mut self.strict.least_q);
 
         let range = viewport.depth_range();
         let z = [range.numerator(*a), range.numerator(*b), range.numerator(*c)];
         self.set_flat_zero(z);
-        let size = z[0].abs().greater(z[1].abs()).greater(z[2].abs());
-        // The sum and the difference, each rounded.
-        let depth = frame.combine([z[0], z[1] - z[0], z[2] - z[0]], size * (4.0 * U));
-        let depth = depth.scaled(scale, reach);
+        let depth = depth_of(&frame, z, reach);
         self.depth.store(depth.linear);
         let [always, by_value] = &mut self.strict.depth_error;
         (depth.error * QUOTIENT_ROOM).store(always);
@@ -87,15 +96,14 @@ impl SmallSetups {
         let by_value = (q_error + QUICK_QUOTIENT_ERROR) * QUOTIENT_ROOM + SUM_ERROR;
         by_value.store(&mut self.strict.attribute_error_by_value);
         for attribute in self.attributes.iter_mut().take(self.count) {
-            let [a, b, c] = attribute.load::<F>(level);
-            let same = attribute.set_same([a, b, c]);
+            let values = attribute.load::<F, N>(level);
+            let same = attribute.set_same(&values);
+            let [a, b, c] = [values[0], values[1], values[2]];
             if attribute.same & lanes == lanes {
                 a.store(&mut attribute.range[0]);
                 continue;
             }
-            let (to_b, to_c) = (b - a, c - a);
-            let input_error = to_b.abs().greater(to_c.abs()) * (3.0 * U);
-            let part = frame.combine([zero, to_b, to_c], input_error);
+            let part = part_of(&frame, [a, b, c], zero);
             attribute.numerator.store(part.linear.scaled(unit));
             // No negative zero: so that no sum with it is one.
             (a + 0.0).store(&mut attribute.base);
@@ -103,12 +111,13 @@ impl SmallSetups {
             let by_base = by_value + SUM_ERROR;
             let error = part.error * unit_size * greatest_r * QUOTIENT_ROOM + a.abs() * by_base;
             error.store(&mut attribute.error);
-            let (low, high) = (a.lesser(b).lesser(c), a.greater(b).greater(c));
-            // What is the same all over keeps its zero's sign.
-            F::select(same, a, low + 0.0).store(&mut attribute.range[0]);
-            (high + 0.0).store(&mut attribute.range[1]);
+            let [low, high] = range_of(&values);
+            attribute.set_range(same, a, [low + 0.0, high + 0.0]);
             // What is no number makes no number of this.
-            let known = low.lt(high) & (error * 0.0).eq(zero);
+            let mut known = low.lt(high) & (error * 0.0).eq(zero);
+            if let (Some(fourth), Some(values)) = (&fourth, values.first_chunk::<4>()) {
+                known = known & fourth.is_affine(values, [low, high]);
+            }
             self.usual &= F::bits(known | same);
         }
     }
@@ -191,7 +200,7 @@ mod tests {
                 [(x / 960.0 - 1.0) * w, (1.0 - y / 540.0) * w, next() * w, w]
             });
             let corners = SmallCorners {
-                positions: triangle.map(|p| p.map(|c| [c; EIGHT])),
+                positions: [0, 1, 2, 2].map(|i| triangle[i].map(|c| [c; EIGHT])),
                 anchor: anchor.map(|c| [f64::from(c); EIGHT]),
                 reach: [9.0; EIGHT],
                 beyond: [0.0; EIGHT],
@@ -201,12 +210,12 @@ mod tests {
                 [0; 3].map(|_| f64::from((offset + next()) as f32))
             });
             let given = setups.attributes_mut(COUNT).iter_mut().zip(attributes);
-            given.for_each(|(to, from)| to.values = from.map(|value| [value; EIGHT]));
+            given.for_each(|(to, [a, b, c])| to.values = [a, b, c, c].map(|value| [value; EIGHT]));
             if next() < 0.5 {
-                setups.set_strict::<f64>((), &corners, 1, viewport);
+                setups.set_strict::<f64, 3>((), &corners, 1, viewport);
             } else {
                 dispatch!(Level::baseline(), simd =>
-                    setups.set_strict::<f64x8<_>>(simd, &corners, u8::MAX, viewport));
+                    setups.set_strict::<f64x8<_>, 3>(simd, &corners, u8::MAX, viewport));
             }
             if !setups.is_usual(0) {
                 continue;

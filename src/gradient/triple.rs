@@ -275,7 +275,8 @@ fn greatest(
 }
 
 /// (x, y, w) of a position.
-pub(crate) fn projective([x, y, _, w]: [f64; 4]) -> [f64; 3] {
+#[inline(always)]
+pub(crate) fn projective<F: Number>([x, y, _, w]: [F; 4]) -> [F; 3] {
     [x, y, w]
 }
 
@@ -320,6 +321,54 @@ fn compare_vertices(
     })
 }
 
+/// The plane of three points, and what tells where others are in it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Basis<F> {
+    origin: [F; 3],
+    normal: [F; 3],
+    /// Of the normal; 0 if the plane is a line. And one over it.
+    pub(crate) square: F,
+    per_square: F,
+    /// The functions of the offset from a that are 1 at b or c, and 0 at the others.
+    beta: [F; 3],
+    gamma: [F; 3],
+}
+
+impl<F: Number> Basis<F> {
+    #[inline(always)]
+    pub(crate) fn new([a, b, c]: [[F; 3]; 3]) -> Self {
+        let (to_b, to_c) = (sub(b, a), sub(c, a));
+        let normal = cross(to_b, to_c);
+        let square = dot(normal, normal);
+        let per_square = square.reciprocal();
+        let beta = scaled(cross(to_c, normal), per_square);
+        let gamma = scaled(cross(normal, to_b), per_square);
+        Self { origin: a, normal, square, per_square, beta, gamma }
+    }
+
+    /// (beta, gamma) of a + beta (b - a) + gamma (c - a), and how far `point` is off the plane, times the
+    /// normal's length.
+    #[inline(always)]
+    pub(crate) fn place(&self, point: [F; 3]) -> ([F; 2], F) {
+        let offset = sub(point, self.origin);
+        ([dot(self.beta, offset), dot(self.gamma, offset)], dot(self.normal, offset).abs())
+    }
+
+    /// The square of such a distance.
+    #[inline(always)]
+    pub(crate) fn squared(&self, height: F) -> F {
+        height * height * self.per_square
+    }
+}
+
+/// The square of what a value at a place differs from that of the affine function with the values `a`, `b`
+/// and `c` at the triple.
+#[inline(always)]
+pub(crate) fn off_affine<F: Number>([a, b, c]: [F; 3], [beta, gamma]: [F; 2], value: F) -> F {
+    let off = a + beta * (b - a) + gamma * (c - a) - value;
+    off * off
+}
+
 /// The place of each vertex in the plane of the triple: (beta, gamma) of
 /// a + beta (b - a) + gamma (c - a). None if the plane is a line.
 ///
@@ -342,29 +391,22 @@ impl Places {
         triple: [usize; 3],
         point: impl Fn([f64; 4]) -> [f64; 3],
     ) {
-        let [a, b, c] = triple.map(|i| point(positions[i]));
-        let (to_b, to_c) = (sub(b, a), sub(c, a));
-        let normal = cross(to_b, to_c);
-        let square = dot(normal, normal);
+        let basis = Basis::new(triple.map(|i| point(positions[i])));
         (self.triple, self.height_squared) = (triple, 0.0);
         self.places.clear();
-        if square == 0.0 {
+        if basis.square == 0.0 {
             return;
         }
-        let per_square = 1.0 / square;
-        let scaled = |[x, y, w]: [f64; 3]| [x * per_square, y * per_square, w * per_square];
-        // The functions that are 1 at b or c, and 0 at the others.
-        let (beta, gamma) = (scaled(cross(to_c, normal)), scaled(cross(normal, to_b)));
         self.places.reserve(positions.len());
         let mut height = 0.0;
         for position in positions {
-            let offset = sub(point(*position), a);
-            self.places.push([dot(beta, offset), dot(gamma, offset)]);
-            height = larger(height, dot(normal, offset).abs());
+            let (place, its_height) = basis.place(point(*position));
+            self.places.push(place);
+            height = larger(height, its_height);
         }
         let [a, b, c] = triple;
         (self.places[a], self.places[b], self.places[c]) = ([0.0, 0.0], [1.0, 0.0], [0.0, 1.0]);
-        self.height_squared = height * height * per_square;
+        self.height_squared = basis.squared(height);
     }
 
     /// Bytes held.
@@ -375,12 +417,10 @@ impl Places {
     /// Is `value(i)` of every vertex i affine within a tolerance, given by its square?
     #[inline(always)]
     pub(crate) fn are_affine(&self, tolerance_squared: f64, value: impl Fn(usize) -> f64) -> bool {
-        let [a, b, c] = self.triple.map(&value);
-        let (to_b, to_c) = (b - a, c - a);
+        let values = self.triple.map(&value);
         let mut affine = true;
-        for (i, [beta, gamma]) in self.places.iter().enumerate() {
-            let off = a + beta * to_b + gamma * to_c - value(i);
-            affine &= off * off <= tolerance_squared;
+        for (i, place) in self.places.iter().enumerate() {
+            affine &= off_affine(values, *place, value(i)) <= tolerance_squared;
         }
         affine
     }
@@ -409,7 +449,13 @@ pub(crate) fn sub<F: Number>(a: [F; 3], b: [F; 3]) -> [F; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+#[inline(always)]
+fn scaled<F: Number>([x, y, w]: [F; 3], factor: F) -> [F; 3] {
+    [x * factor, y * factor, w * factor]
+}
+
+#[inline(always)]
+fn dot<F: Number>(a: [F; 3], b: [F; 3]) -> F {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 

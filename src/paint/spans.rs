@@ -1,4 +1,4 @@
-//! Blocks of rows: 16 pixels from a column that is a multiple of 16 on.
+//! Blocks of rows: 16 pixels from a column that is a multiple of 16 on, or from where a short span begins.
 
 use core::ops::Range;
 

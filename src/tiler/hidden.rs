@@ -7,8 +7,10 @@ use super::{Cull, Scratch, Tiler};
 use crate::depth::{DepthSource, DepthTest, Occluders};
 use crate::fixed::{Subpixel, power_of_two};
 use crate::gradient::enclosure::{outward, within};
+use crate::gradient::frame::Projection;
 use crate::gradient::nearest_f32;
-use crate::gradient::small::SmallCorners;
+use crate::gradient::small::{SmallCorners, SmallSetups};
+use crate::gradient::triple::{cross, sub};
 use crate::hidden::Area;
 use crate::number::{EIGHT, Lanes, Number};
 use crate::polygon::Polygon;
@@ -111,7 +113,7 @@ pub(super) fn right_depth<F: Number>(
     }
 }
 
-/// What the depths of small triangles lie between, as far as their corners tell.
+/// What the depths of small polygons lie between, as far as their corners tell.
 #[derive(Debug, Default)]
 pub(super) struct SmallDepths([Lanes; 2]);
 
@@ -133,6 +135,39 @@ impl SmallDepths {
             // It is clamped to the range of the vertices.
             DepthSource::InvW => low.like(0.0),
         };
+        (low - beyond).store(&mut self.0[0]);
+        (high + beyond).store(&mut self.0[1]);
+    }
+
+    /// The same of small quadrilaterals that are set up, all of whose depths are z/w. What is not usual among
+    /// them has anything.
+    #[inline(always)]
+    pub(super) fn set_quads<F: Number>(
+        &mut self,
+        level: F::Level,
+        corners: &SmallCorners,
+        setups: &SmallSetups,
+        viewport: Viewport,
+    ) {
+        let [a, b, c] = corners.load::<F>(level);
+        let [column, row] = &corners.anchor;
+        let projection = Projection::new(viewport, [F::load(level, column), F::load(level, row)]);
+        let [x, y, w] = projection.project(corners.load_fourth::<F>(level));
+        let fourth = setups.depth_at(level, [x / w, y / w]);
+        let z = DepthSource::Z;
+        let depths =
+            [right_depth(a, z, viewport), right_depth(b, z, viewport), right_depth(c, z, viewport)];
+        let (mut low, mut high) = (fourth, fourth);
+        for depth in depths {
+            (low, high) = (low.lesser(depth), high.greater(depth));
+        }
+        // The triple's triangle: its area, and no less than the sum of its box's sides.
+        let (a, b, c) = (projection.project(a), projection.project(b), projection.project(c));
+        let normal = cross(sub(b, a), sub(c, a));
+        let det = a[0] * normal[0] + a[1] * normal[1] + a[2] * normal[2];
+        let size = (F::load(level, &corners.reach) + 2.0) * 4.0;
+        let least = size * (THICK * viewport.grid().snap_reach()) * (a[2] * b[2] * c[2]);
+        let beyond = F::select(least.le(det.abs()), (high - low) * BEYOND, low.like(f64::INFINITY));
         (low - beyond).store(&mut self.0[0]);
         (high + beyond).store(&mut self.0[1]);
     }

@@ -1,5 +1,9 @@
-//! Small triangles in view, from their vertices' places on the grid to their pixels: some are looked at
-//! and set up together, and then drawn one after the other, in order.
+//! Small triangles and quadrilaterals in view, from their vertices' places on the grid to their pixels: some
+//! are looked at and set up together, and then drawn one after the other, in order.
+#![expect(
+    clippy::needless_range_loop,
+    reason = "loops over arrays are unrolled, iterators are not"
+)]
 
 use core::ops::Range;
 
@@ -10,10 +14,13 @@ use super::scan::{Counts, Taken, take_in_view};
 use super::sort::{placed_for, vertex_place};
 use super::{Outcome, Precision, Seen, Tiler, positions_of};
 use crate::depth::{DepthSource, DepthTest};
+use crate::gradient::AttributesOf;
 use crate::gradient::small::{SmallCorners, SmallSetups};
+use crate::gradient::triple::choose;
 use crate::hidden::Area;
 use crate::number::{EIGHT, Number};
 use crate::paint::small::{Small, paint, serves};
+use crate::placed::Constants;
 use crate::polygon::Polygon;
 use crate::shade::Shader;
 use crate::space::{PixelRect, Viewport};
@@ -54,10 +61,18 @@ pub(super) struct Bunch {
     count: usize,
     sights: [Sight; BUNCH],
     found: [InView; BUNCH],
-    places: Places,
-    pub(super) looks: Looks,
-    /// Those of them that cover pixels are set up some at a time: so many lanes are, and so many of
-    /// these have been drawn.
+    places: Places<3>,
+    pub(super) looks: Looks<3>,
+    quad_places: Places<4>,
+    pub(super) quad_looks: Looks<4>,
+    triangles_ready: Ready,
+    quads_ready: Ready,
+}
+
+/// Those of one kind that cover pixels are set up some at a time.
+#[derive(Debug, Default)]
+struct Ready {
+    /// So many lanes are, and so many of these have been drawn.
     filled: usize,
     lane: usize,
     corners: SmallCorners,
@@ -65,7 +80,7 @@ pub(super) struct Bunch {
     setups: SmallSetups,
 }
 
-/// What small triangles are set up for.
+/// What small polygons are set up for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Asked {
     /// To compare their depths with bounds.
@@ -86,24 +101,80 @@ pub(crate) enum Next {
     Spans,
     /// It is a small triangle: to be painted, if it was set up in this lane and is usual.
     Small(Option<usize>),
+    /// It is a small quadrilateral, which was set up in this lane.
+    Quad(usize),
 }
 
 impl Bunch {
     /// Bytes held elsewhere.
     pub(super) fn bytes(&self) -> usize {
-        self.setups.bytes()
+        self.triangles_ready.setups.bytes() + self.quads_ready.setups.bytes()
     }
 
-    /// [`Looks::look`], compiled for the instruction set, and once.
-    #[inline(never)]
-    fn look_at_eight(&mut self, level: Level, scope: &Scope) {
-        let Self { looks, places, .. } = self;
-        dispatch!(level, simd => looks.look::<f64x8<_>>(simd, places, scope));
-    }
-
-    /// Sets up what is `asked`.
+    /// Those that are ready, with `N` corners.
     #[inline(always)]
-    fn set<F: Number>(
+    fn ready<const N: usize>(&self) -> &Ready {
+        if N == 3 { &self.triangles_ready } else { &self.quads_ready }
+    }
+
+    /// Looks at what was placed.
+    #[inline(always)]
+    fn look<const LANES: usize>(&mut self, level: Level, scope: &Scope) {
+        let Self { looks, places, quad_looks, quad_places, .. } = self;
+        if looks.start(places) {
+            match LANES {
+                1 => looks.look::<f64>((), places, scope),
+                _ => look_at_eight(level, looks, places, scope),
+            }
+        }
+        if quad_looks.start(quad_places) {
+            match LANES {
+                1 => quad_looks.look::<f64>((), quad_places, scope),
+                _ => look_at_eight(level, quad_looks, quad_places, scope),
+            }
+        }
+    }
+
+    /// Finds what the small quadrilaterals among `polygons` cover: out of line, as all that is for these alone,
+    /// so that it does not stand in the way of triangles.
+    #[inline(never)]
+    fn look_closely_at_quads<L: Simd>(&mut self, simd: L, polygons: Range<usize>, scope: &Scope) {
+        let Self { sights, found, quad_looks, .. } = self;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for (lane, k) in polygons.enumerate() {
+                    if !quad_looks.is_small(lane) {
+                        continue;
+                    }
+                    let found = &mut found[k % BUNCH];
+                    let mut sight = quad_looks.sight(lane, scope, found);
+                    if sight == Sight::Pixels {
+                        sight = quad_looks.cover(simd, lane, scope, found);
+                    }
+                    sights[k % BUNCH] =
+                        if sight == Sight::Pixels { Sight::PixelsOfQuad } else { sight };
+                }
+            },
+        );
+    }
+}
+
+/// [`Looks::look`], compiled for the instruction set, and once.
+#[inline(never)]
+fn look_at_eight<const N: usize>(
+    level: Level,
+    looks: &mut Looks<N>,
+    places: &Places<N>,
+    scope: &Scope,
+) {
+    dispatch!(level, simd => looks.look::<f64x8<_>>(simd, places, scope));
+}
+
+impl Ready {
+    /// Sets up what is `asked`, of polygons with `N` corners.
+    #[inline(always)]
+    fn set<F: Number, const N: usize>(
         &mut self,
         level: F::Level,
         asked: Asked,
@@ -111,23 +182,32 @@ impl Bunch {
         viewport: Viewport,
     ) {
         let Self { filled, corners, depths, setups, .. } = self;
-        if asked.depths {
+        if asked.depths && N == 3 {
             depths.set::<F>(level, corners, source, viewport);
         }
         if asked.setups {
             let lanes = u8::MAX >> (EIGHT - (*filled).clamp(1, EIGHT));
-            if asked.strict {
-                setups.set_strict::<F>(level, corners, lanes, viewport);
-            } else {
-                setups.set::<F>(level, corners, lanes, viewport);
+            match (asked.strict, N) {
+                (true, _) => setups.set_strict::<F, N>(level, corners, lanes, viewport),
+                (false, 3) => setups.set::<F>(level, corners, lanes, viewport),
+                (false, _) => setups.set_quads::<F>(level, corners, lanes, viewport),
             }
+        }
+        if asked.depths && N > 3 {
+            depths.set_quads::<F>(level, corners, setups, viewport);
         }
     }
 
     /// The same, compiled for the instruction set, and once.
     #[inline(never)]
-    fn set_eight(&mut self, level: Level, asked: Asked, source: DepthSource, viewport: Viewport) {
-        dispatch!(level, simd => self.set::<f64x8<_>>(simd, asked, source, viewport));
+    fn set_eight<const N: usize>(
+        &mut self,
+        level: Level,
+        asked: Asked,
+        source: DepthSource,
+        viewport: Viewport,
+    ) {
+        dispatch!(level, simd => self.set::<f64x8<_>, N>(simd, asked, source, viewport));
     }
 }
 
@@ -143,7 +223,9 @@ impl Tiler {
     ) {
         let scope = self.scope(window);
         self.bunch.count = count.min(BUNCH);
-        (self.bunch.filled, self.bunch.lane) = (0, 0);
+        for ready in [&mut self.bunch.triangles_ready, &mut self.bunch.quads_ready] {
+            (ready.filled, ready.lane) = (0, 0);
+        }
         let mut first = 0;
         while first < self.bunch.count {
             let end = self.bunch.count.min(first + LANES);
@@ -155,6 +237,9 @@ impl Tiler {
                     Sight::Pixels => looks.cover(simd, k - first, &scope, found),
                     sight => sight,
                 };
+            }
+            if self.bunch.quad_looks.any() {
+                self.bunch.look_closely_at_quads(simd, first..end, &scope);
             }
             first = end;
         }
@@ -169,30 +254,23 @@ impl Tiler {
         polygons: Range<usize>,
         window: PixelRect,
     ) {
-        let scope = &self.scope(window);
-        let Self { bunch: Bunch { places, looks, .. }, place_constants, viewport, .. } = self;
-        places.within = 0;
+        let (scope, viewport) = (&self.scope(window), self.viewport);
         let has_planes = self.clipper.has_user_planes();
-        for (lane, k) in polygons.enumerate() {
+        let Self { bunch: Bunch { places, quad_places, .. }, place_constants, .. } = self;
+        (places.within, quad_places.within) = (0, 0);
+        let mut others = false;
+        for (lane, k) in polygons.clone().enumerate() {
             let (lane, polygon) = (lane % EIGHT, several.polygon(k));
             if polygon.len() != 3 || has_planes {
+                others = true;
                 continue;
             }
-            let placed = placed_for(*viewport, &polygon);
-            let mut within = true;
-            for i in 0..3 {
-                let place = vertex_place(simd, place_constants, &polygon, placed, i);
-                let [x, y] = place.bits;
-                (places.x[i][lane], places.y[i][lane]) = (x.into(), y.into());
-                within &= place.within;
-            }
-            places.within |= u8::from(within) << lane;
+            place_in_lane(simd, place_constants, viewport, &polygon, lane, places);
         }
-        match LANES {
-            _ if !looks.start(places) => {}
-            1 => looks.look::<f64>((), places, scope),
-            _ => self.bunch.look_at_eight(self.simd.0, scope),
+        if others && !has_planes {
+            place_quads(simd, place_constants, viewport, several, polygons, quad_places);
         }
+        self.bunch.look::<LANES>(self.simd.0, scope);
     }
 
     /// Where small triangles are to be drawn.
@@ -235,15 +313,117 @@ impl Tiler {
             Sight::Degenerate => Next::Done(Outcome::Degenerate),
             Sight::Away => Next::Done(Outcome::Backface),
             Sight::Nothing => Next::Done(Outcome::Drawn),
-            Sight::Elsewhere => {
-                if self.is_hidden_in_view(simd, &several.polygon(k), window, depth) {
-                    Next::Done(Outcome::Hidden)
-                } else {
-                    Next::Spans
-                }
+            Sight::Hidden => Next::Done(Outcome::Hidden),
+            Sight::Elsewhere => self.next_spans(simd, &several.polygon(k), window, depth),
+            Sight::PixelsOfQuad => {
+                self.next_quad::<LANES, _, _>(simd, several, k, window, asked, depth)
             }
             Sight::Pixels => self.next_small::<LANES, _>(several, k, window, asked, depth),
         }
+    }
+
+    /// The same of a polygon that is drawn by its spans, unless it is hidden.
+    #[inline(always)]
+    fn next_spans<L: Simd, V: Polygon + ?Sized>(
+        &self,
+        simd: L,
+        polygon: &V,
+        window: PixelRect,
+        depth: Option<&mut DepthBuffer<'_>>,
+    ) -> Next {
+        if self.is_hidden_in_view(simd, polygon, window, depth) {
+            Next::Done(Outcome::Hidden)
+        } else {
+            Next::Spans
+        }
+    }
+
+    /// The same of a small quadrilateral that covers pixels; out of line.
+    #[inline(never)]
+    fn next_quad<const LANES: usize, L: Simd, P: Several>(
+        &mut self,
+        simd: L,
+        several: &P,
+        k: usize,
+        window: PixelRect,
+        asked: Asked,
+        mut depth: Option<&mut DepthBuffer<'_>>,
+    ) -> Next {
+        if asked.setups {
+            let ready = &self.bunch.quads_ready;
+            if ready.lane == ready.filled {
+                self.leave_out_hidden::<LANES, _, _>(
+                    simd,
+                    several,
+                    k,
+                    window,
+                    depth.as_deref_mut(),
+                );
+                if self.bunch.sights[k % BUNCH] == Sight::Hidden {
+                    return Next::Done(Outcome::Hidden);
+                }
+                self.set_up::<LANES, 4, _>(several, k, asked);
+            }
+            let ready = &mut self.bunch.quads_ready;
+            let lane = ready.lane % EIGHT;
+            ready.lane += 1;
+            if ready.setups.is_usual(lane) {
+                if asked.depths && self.hides_or_takes::<4>(k, lane, window, depth) {
+                    return Next::Done(Outcome::Hidden);
+                }
+                return Next::Quad(lane);
+            }
+        }
+        self.next_spans(simd, &several.polygon(k), window, depth)
+    }
+
+    /// Finds the next quadrilaterals from `first` on that are not hidden, as many as there are lanes: of those
+    /// that are nothing need be set up.
+    #[inline(always)]
+    fn leave_out_hidden<const LANES: usize, L: Simd, P: Several>(
+        &mut self,
+        simd: L,
+        several: &P,
+        first: usize,
+        window: PixelRect,
+        mut depth: Option<&mut DepthBuffer<'_>>,
+    ) {
+        let mut left = LANES;
+        for k in first..self.bunch.count {
+            if left == 0 {
+                break;
+            }
+            if self.bunch.sights[k % BUNCH] != Sight::PixelsOfQuad {
+                continue;
+            }
+            let depth = depth.as_deref_mut();
+            if self.is_hidden_in_view(simd, &several.polygon(k), window, depth) {
+                self.bunch.sights[k % BUNCH] = Sight::Hidden;
+            } else {
+                left -= 1;
+            }
+        }
+    }
+
+    /// Do bounds of the stored depths hide polygon `k`, which was set up in `lane`? Else they take it in.
+    #[inline(always)]
+    fn hides_or_takes<const N: usize>(
+        &self,
+        k: usize,
+        lane: usize,
+        window: PixelRect,
+        depth: Option<&mut DepthBuffer<'_>>,
+    ) -> bool {
+        let DepthTest { compare, write, .. } = self.depth_test;
+        let found = &self.bunch.found[k % BUNCH];
+        let (Some(buffer), Some(area)) =
+            (depth, Area::new(found.bounds.intersect(window), self.origin))
+        else {
+            return false;
+        };
+        let (hides, count) = (self.hides, write.then_some(found.pixels));
+        let depths = self.bunch.ready::<N>().depths.of(lane);
+        buffer.hides_or_takes(area, depths, compare, hides, count)
     }
 
     /// The same of a small triangle that covers pixels.
@@ -259,24 +439,18 @@ impl Tiler {
         if !(asked.depths || asked.setups) {
             return Next::Small(None);
         }
-        if self.bunch.lane == self.bunch.filled {
-            self.set_up::<LANES, _>(several, k, asked);
+        let ready = &self.bunch.triangles_ready;
+        if ready.lane == ready.filled {
+            self.set_up::<LANES, 3, _>(several, k, asked);
         }
-        let lane = self.bunch.lane % EIGHT;
-        self.bunch.lane += 1;
-        let DepthTest { compare, write, .. } = self.depth_test;
-        let Bunch { found, depths, setups, .. } = &mut self.bunch;
-        let found = &found[k % BUNCH];
-        if asked.depths
-            && let Some(buffer) = depth
-            && let Some(area) = Area::new(found.bounds.intersect(window), self.origin)
-        {
-            let (hides, count) = (self.hides, write.then_some(found.pixels));
-            if buffer.hides_or_takes(area, depths.of(lane), compare, hides, count) {
-                return Next::Done(Outcome::Hidden);
-            }
+        let ready = &mut self.bunch.triangles_ready;
+        let lane = ready.lane % EIGHT;
+        ready.lane += 1;
+        let usual = asked.setups && ready.setups.is_usual(lane);
+        if asked.depths && self.hides_or_takes::<3>(k, lane, window, depth) {
+            return Next::Done(Outcome::Hidden);
         }
-        Next::Small((asked.setups && setups.is_usual(lane)).then_some(lane))
+        Next::Small(usual.then_some(lane))
     }
 
     /// Does what is `next` for polygon `k` of `several`, all of which have been looked at.
@@ -298,16 +472,16 @@ impl Tiler {
         S: Shader,
         T: Target<Pixel = S::Pixel>,
     {
-        let lane = match next {
+        let Bunch { found, triangles_ready, quads_ready, .. } = &self.bunch;
+        let (lane, setups) = match next {
             Next::Done(outcome) => return outcome,
             Next::Spans => {
                 return self.draw_any(&several.polygon(k), window, shader, target, depth);
             }
-            Next::Small(lane) => lane,
+            Next::Small(lane) => (lane, &triangles_ready.setups),
+            Next::Quad(lane) => (Some(lane), &quads_ready.setups),
         };
-        let place = self.placement();
-        let Bunch { found, setups, .. } = &self.bunch;
-        let found = &found[k % BUNCH];
+        let (place, found) = (self.placement(), &found[k % BUNCH]);
         if let Some(lane) = lane {
             let strict = self.precision == Precision::Exact;
             let small = Small { found, setups, lane, place, strict };
@@ -320,24 +494,35 @@ impl Tiler {
                 return Outcome::Drawn;
             }
         }
+        if matches!(next, Next::Quad(_)) {
+            return self.draw_any(&several.polygon(k), window, shader, target, depth);
+        }
         let found = *found;
         self.draw_unusual(&several.polygon(k), &found, shader, target, depth)
     }
 
-    /// Sets up what is `asked` of those from polygon `first` on that cover pixels, as many as there are
-    /// lanes.
+    /// Sets up what is `asked` of those with `N` corners from polygon `first` on that cover pixels, as many
+    /// as there are lanes.
     #[inline(always)]
-    fn set_up<const LANES: usize, P: Several>(&mut self, several: &P, first: usize, asked: Asked) {
-        let Bunch { count, sights, found, corners, setups, .. } = &mut self.bunch;
+    fn set_up<const LANES: usize, const N: usize, P: Several>(
+        &mut self,
+        several: &P,
+        first: usize,
+        asked: Asked,
+    ) {
+        let Bunch { count, sights, found, triangles_ready, quads_ready, .. } = &mut self.bunch;
+        let ready = if N == 3 { triangles_ready } else { quads_ready };
+        let Ready { corners, setups, .. } = ready;
         let most = if asked.setups { asked.most } else { 0 };
         let n = several.polygon(first).attribute_count().min(most);
         let attributes = setups.attributes_mut(n);
+        let wanted = if N == 3 { Sight::Pixels } else { Sight::PixelsOfQuad };
         let (mut lanes, mut odd) = (0, 0);
         for k in first..*count {
             if lanes == LANES {
                 break;
             }
-            if sights[k % BUNCH] != Sight::Pixels {
+            if sights[k % BUNCH] != wanted {
                 continue;
             }
             let (polygon, found, at) = (several.polygon(k), &found[k % BUNCH], lanes % EIGHT);
@@ -349,23 +534,34 @@ impl Tiler {
             if polygon.attribute_count().min(most) != n {
                 odd |= 1 << at;
             }
-            for (i, corner) in corners.positions.iter_mut().enumerate() {
-                let [x, y, z, w] = polygon.position(i);
+            let order = if N == 3 {
+                [0, 1, 2, 2]
+            } else if let Some(order) = triple_and_fourth(&polygon) {
+                order
+            } else {
+                odd |= 1 << at;
+                [0, 1, 2, 3]
+            };
+            for i in 0..N {
+                let [x, y, z, w] = polygon.position(order[i]);
+                let corner = &mut corners.positions[i];
                 (corner[0][at], corner[1][at], corner[2][at], corner[3][at]) = (x, y, z, w);
-                if odd >> at == 0 {
-                    for (k, attribute) in attributes.iter_mut().enumerate() {
-                        attribute.values[i][at] = polygon.attribute(i, k).into();
+            }
+            if odd >> at == 0 {
+                for (k, attribute) in attributes.iter_mut().enumerate() {
+                    for i in 0..N {
+                        attribute.values[i][at] = polygon.attribute(order[i], k).into();
                     }
                 }
             }
         }
-        (self.bunch.filled, self.bunch.lane) = (lanes, 0);
+        (ready.filled, ready.lane) = (lanes, 0);
         let (source, viewport) = (self.depth_test.source, self.viewport);
         match LANES {
-            1 => self.bunch.set::<f64>((), asked, source, viewport),
-            _ => self.bunch.set_eight(self.simd.0, asked, source, viewport),
+            1 => ready.set::<f64, N>((), asked, source, viewport),
+            _ => ready.set_eight::<N>(self.simd.0, asked, source, viewport),
         }
-        self.bunch.setups.give_up(odd);
+        ready.setups.give_up(odd);
     }
 
     /// Draws the small triangle that was `found`, whatever is unusual about it.
@@ -392,6 +588,72 @@ impl Tiler {
         self.fill(polygon, Seen::Small(found, &given, taken), found.into(), shader, target, depth)
     }
 }
+
+/// Puts the vertices of the quadrilaterals among `polygons` into lanes of `places`; out of line.
+#[inline(never)]
+fn place_quads<L: Simd, P: Several>(
+    simd: L,
+    constants: &Constants,
+    viewport: Viewport,
+    several: &P,
+    polygons: Range<usize>,
+    places: &mut Places<4>,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            for (lane, k) in polygons.enumerate() {
+                let (lane, polygon) = (lane % EIGHT, several.polygon(k));
+                if polygon.len() == 4 {
+                    place_in_lane(simd, constants, viewport, &polygon, lane, places);
+                }
+            }
+        },
+    );
+}
+
+/// Puts the vertices of `polygon`, of which there are `N`, into `lane` of `places`.
+#[inline(always)]
+fn place_in_lane<L: Simd, V: Polygon + ?Sized, const N: usize>(
+    simd: L,
+    constants: &Constants,
+    viewport: Viewport,
+    polygon: &V,
+    lane: usize,
+    places: &mut Places<N>,
+) {
+    let placed = placed_for(viewport, polygon);
+    let mut within = true;
+    for i in 0..N {
+        let place = vertex_place(simd, constants, polygon, placed, i);
+        let [x, y] = place.bits;
+        (places.x[i][lane], places.y[i][lane]) = (x.into(), y.into());
+        within &= place.within;
+    }
+    places.within |= u8::from(within) << lane;
+}
+
+/// The vertices of a quadrilateral's triple, and the fourth; nothing if it is none that could have been
+/// placed within the view, at a size where nothing overflows.
+#[inline(always)]
+fn triple_and_fourth<V: Polygon + ?Sized>(quad: &V) -> Option<[usize; 4]> {
+    let positions = [quad.position(0), quad.position(1), quad.position(2), quad.position(3)];
+    let (mut largest, mut sum) = (0.0_f64, 0.0);
+    for component in positions.as_flattened() {
+        (largest, sum) = (largest.greater(component.abs()), sum + component);
+    }
+    // What is no number makes no number of this.
+    if !(SMALLEST..LARGEST).contains(&largest) || sum * 0.0 != 0.0 {
+        return None;
+    }
+    let [a, b, c] = choose(&positions, &AttributesOf(quad));
+    // Of all four the sum is 6.
+    Some([a, b, c, 6_usize.wrapping_sub(a + b + c) % 4])
+}
+
+/// Between these polygons are taken in as they are.
+const SMALLEST: f64 = 1.0 / LARGEST;
+const LARGEST: f64 = 18_446_744_073_709_551_616.0;
 
 impl From<&InView> for Counts {
     #[inline(always)]

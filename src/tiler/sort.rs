@@ -3,6 +3,7 @@
 
 use fearless_simd::Simd;
 
+use super::small::Bunch;
 use super::{Outcome, Tiler};
 use crate::depth::Occluders;
 use crate::fixed::Subpixel;
@@ -37,9 +38,19 @@ impl Tiler {
         occluders: Option<&Occluders>,
     ) -> (Outcome, Option<Rows>) {
         let (scope, mut found) = (self.scope(window), InView::default());
-        let looks = &self.bunch.looks;
+        let Bunch { looks, quad_looks, .. } = &self.bunch;
+        if quad_looks.is_small(lane) {
+            return match quad_looks.sight(lane, &scope, &mut found) {
+                Sight::Away => (Outcome::Backface, None),
+                Sight::Nothing => (Outcome::Drawn, None),
+                Sight::Pixels if !self.is_occluded_by(simd, polygon, window, occluders) => {
+                    (Outcome::Drawn, Rows::of(found.bounds.intersect(window), false))
+                }
+                Sight::Pixels => (Outcome::Hidden, None),
+                _ => self.sort(simd, polygon, window, occluders),
+            };
+        }
         match looks.sight(lane, &scope, &mut found) {
-            Sight::Elsewhere => self.sort(simd, polygon, window, occluders),
             Sight::Degenerate => (Outcome::Degenerate, None),
             Sight::Away => (Outcome::Backface, None),
             Sight::Nothing => (Outcome::Drawn, None),
@@ -51,10 +62,23 @@ impl Tiler {
                 (Outcome::Drawn, None)
             }
             Sight::Pixels => (Outcome::Drawn, Rows::of(found.bounds.intersect(window), false)),
+            _ => self.sort(simd, polygon, window, occluders),
         }
     }
 
-    /// The same of a polygon that is no small triangle.
+    #[inline(always)]
+    fn is_occluded_by<L: Simd, V: Polygon + ?Sized>(
+        &self,
+        simd: L,
+        polygon: &V,
+        window: PixelRect,
+        occluders: Option<&Occluders>,
+    ) -> bool {
+        let Some(occluders) = occluders else { return false };
+        self.is_occluded(simd, polygon, window, occluders)
+    }
+
+    /// The same of a polygon that is not small.
     #[inline(always)]
     fn sort<L: Simd, V: Polygon + ?Sized>(
         &mut self,
@@ -95,9 +119,7 @@ impl Tiler {
         if !self.cull.keeps(area > 0) {
             return (Outcome::Backface, None);
         }
-        if let Some(occluders) = occluders
-            && self.is_occluded(simd, polygon, window, occluders)
-        {
+        if self.is_occluded_by(simd, polygon, window, occluders) {
             return (Outcome::Hidden, None);
         }
         let bounds = self.bounds_between(low, high);
