@@ -23,7 +23,7 @@ const CUT: (u32, u32) = (133, 77);
 const HASHES: &[(&str, u64, u64)] = &[
     ("floor", 0x07c9797c00a1af02, 0xaa4f4d5c3912c1aa),
     ("floor_roll", 0x23a2a5d88c36479b, 0x58289df799c9441b),
-    ("room", 0x84cca02abd589f69, 0x28a137ada98c10dc),
+    ("room", 0x0702cff70c1cf2e3, 0x28a137ada98c10dc),
     ("walls", 0x95eb57b1d0808c09, 0x582245ad72edf75a),
     ("mesh", 0xefad46ea76cebf11, 0xc7b0cbafa355907f),
     ("mesh_full", 0x34fb57b6bb3e16cb, 0x76af051ce28f05f8),
@@ -31,7 +31,7 @@ const HASHES: &[(&str, u64, u64)] = &[
     ("layers_ftb", 0xe6267ca4b5b94013, 0xb280a09ce11362f5),
     ("layers_btf", 0x18edef9dfaf8c82a, 0x92c5e9cb0cf4d9cf),
     ("ngons", 0x8cf6272ca3494ed1, 0xebbcedd7c0bb5023),
-    ("clip", 0x1840da2dd0a40f1b, 0xb1316d1beb78e075),
+    ("clip", 0x2890dea25ae749d3, 0xb1316d1beb78e075),
     ("board", 0xe66e53657c044cc5, 0xf18c838ef7cd9972),
 ];
 

@@ -238,16 +238,17 @@ pub(super) fn bounds(screen: &[ScreenVertex], viewport: Viewport) -> PixelRect {
 }
 
 /// Spans that are shorter than this on the average have few blocks.
-const SHORT: u32 = 192;
+const SHORT: u128 = 256;
 
-/// So are those of a polygon with fewer columns.
+/// So have polygons of fewer pixels, or columns, all in all.
+const FEW_PIXELS: u128 = 2048;
 const FEW_COLUMNS: i32 = 64;
 
 /// Has a polygon of this `area` within `bounds`, of which `seen` lies in the viewport, short spans?
 fn is_short(area: i128, bounds: PixelRect, seen: PixelRect) -> bool {
     let rows = u128::from(bounds.y1.abs_diff(bounds.y0));
-    // Twice the area of a rectangle, with 32 fraction bits.
-    let limit = (u128::from(2 * SHORT) << 32) * rows;
+    // Twice an area, with 32 fraction bits.
+    let limit = 2 * FEW_PIXELS.max(SHORT * rows) << 32;
     area.unsigned_abs() < limit || seen.x1.saturating_sub(seen.x0) <= FEW_COLUMNS
 }
 
