@@ -248,7 +248,7 @@ const FEW_COLUMNS: i32 = 64;
 fn is_short(area: i128, bounds: PixelRect, seen: PixelRect) -> bool {
     let rows = u128::from(bounds.y1.abs_diff(bounds.y0));
     // Twice an area, with 32 fraction bits.
-    let limit = 2 * FEW_PIXELS.max(SHORT * rows) << 32;
+    let limit = (2 * FEW_PIXELS.max(SHORT * rows)) << 32;
     area.unsigned_abs() < limit || seen.x1.saturating_sub(seen.x0) <= FEW_COLUMNS
 }
 

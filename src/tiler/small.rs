@@ -172,6 +172,19 @@ fn look_at_eight<const N: usize>(
 }
 
 impl Ready {
+    /// Have all that were set up been drawn?
+    #[inline(always)]
+    fn are_drawn(&self) -> bool {
+        self.lane == self.filled
+    }
+
+    /// The lane of the next one.
+    #[inline(always)]
+    fn next_lane(&mut self) -> usize {
+        self.lane += 1;
+        (self.lane - 1) % EIGHT
+    }
+
     /// Sets up what is `asked`, of polygons with `N` corners.
     #[inline(always)]
     fn set<F: Number, const N: usize>(
@@ -350,8 +363,7 @@ impl Tiler {
         mut depth: Option<&mut DepthBuffer<'_>>,
     ) -> Next {
         if asked.setups {
-            let ready = &self.bunch.quads_ready;
-            if ready.lane == ready.filled {
+            if self.bunch.quads_ready.are_drawn() {
                 self.leave_out_hidden::<LANES, _, _>(
                     simd,
                     several,
@@ -365,8 +377,7 @@ impl Tiler {
                 self.set_up::<LANES, 4, _>(several, k, asked);
             }
             let ready = &mut self.bunch.quads_ready;
-            let lane = ready.lane % EIGHT;
-            ready.lane += 1;
+            let lane = ready.next_lane();
             if ready.setups.is_usual(lane) {
                 if asked.depths && self.hides_or_takes::<4>(k, lane, window, depth) {
                     return Next::Done(Outcome::Hidden);
@@ -439,13 +450,11 @@ impl Tiler {
         if !(asked.depths || asked.setups) {
             return Next::Small(None);
         }
-        let ready = &self.bunch.triangles_ready;
-        if ready.lane == ready.filled {
+        if self.bunch.triangles_ready.are_drawn() {
             self.set_up::<LANES, 3, _>(several, k, asked);
         }
         let ready = &mut self.bunch.triangles_ready;
-        let lane = ready.lane % EIGHT;
-        ready.lane += 1;
+        let lane = ready.next_lane();
         let usual = asked.setups && ready.setups.is_usual(lane);
         if asked.depths && self.hides_or_takes::<3>(k, lane, window, depth) {
             return Next::Done(Outcome::Hidden);
