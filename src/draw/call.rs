@@ -11,8 +11,8 @@ use crate::shade::Shader;
 use crate::stats::FaceCount;
 use crate::target::{DepthBuffer, Target};
 use crate::tiler::Tiler;
+use crate::tiler::bunch::BUNCH;
 use crate::tiler::keep::Keep;
-use crate::tiler::small::BUNCH;
 
 /// Polygons that are drawn in the same way on canvases of the type `C`; [`Polygons`] is one.
 pub trait Call<C: Canvas>: Sync {

@@ -17,8 +17,8 @@ use crate::stats::{FaceCount, Outcome, Stats};
 use crate::subnormal;
 use crate::target::{DepthBuffer, Target};
 use crate::tiler::Tiler;
+use crate::tiler::bunch::{BUNCH, Several};
 use crate::tiler::keep::{Keep, Kept};
-use crate::tiler::small::{BUNCH, Several};
 
 /// Polygons of a batch, [`BUNCH`] at most.
 pub(super) struct Listed<'a, B: ?Sized> {

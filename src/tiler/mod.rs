@@ -23,19 +23,21 @@ use crate::target::{DepthBuffer, Plane, Target};
 use crate::triangle::InView;
 use crate::varying::Interpolation;
 
+pub(crate) mod bunch;
 mod hidden;
 pub(crate) mod keep;
 pub(crate) mod occlude;
 mod scan;
 mod settings;
-pub(crate) mod small;
+mod small;
 pub(crate) mod sort;
 mod tiles;
 
 pub use settings::{Cull, Precision};
 
+use bunch::{Asked, Bunch, One};
 use scan::{Counts, Taken, may_be_packed, pack};
-use small::{Asked, Bunch, Next, One};
+use small::Next;
 use tiles::TestedSpans;
 
 /// Draws polygons: holds the viewport, the settings, the counts and the buffers that are reused

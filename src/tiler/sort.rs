@@ -3,7 +3,7 @@
 
 use fearless_simd::Simd;
 
-use super::small::Bunch;
+use super::bunch::Bunch;
 use super::{Outcome, Tiler};
 use crate::depth::Occluders;
 use crate::fixed::Subpixel;
