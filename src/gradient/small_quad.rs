@@ -78,7 +78,9 @@ impl<F: Number> Fourth<F> {
     #[inline(always)]
     fn is_within(&self, tolerance_squared: F, &[a, b, c, d]: &[F; 4]) -> F::Truth {
         let (zero, one) = (a.like(0.0), a.like(1.0));
-        off_affine([a, b, c], self.place, d).le(tolerance_squared)
+        // Of what is infinite the tolerance is, too.
+        (d * 0.0).eq(zero)
+            & off_affine([a, b, c], self.place, d).le(tolerance_squared)
             & off_affine([a, b, c], [one, zero], b).le(tolerance_squared)
             & off_affine([a, b, c], [zero, one], c).le(tolerance_squared)
     }
