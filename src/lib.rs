@@ -30,8 +30,8 @@
 //!                                                  or across
 //! ```
 //!
-//! A triangle of a few pixels within the view goes from its vertices' places on the grid straight
-//! to pixels ([`placed`], `patch`, `triangle`), and gets the same bits.
+//! A triangle or a convex quadrilateral of a few pixels within the view goes from its vertices' places on the
+//! grid straight to pixels ([`placed`], `patch`, `in_view`), and gets the same bits.
 //!
 //! A module uses only what is listed above it here. [`clip`], [`divide`](mod@divide) and
 //! [`edge`] can be used alone; [`Tiler`] drives them all.
@@ -70,7 +70,7 @@ mod settle;
 mod doubt;
 mod along;
 mod patch;
-mod triangle;
+mod in_view;
 mod span;
 mod tested;
 mod prepared;

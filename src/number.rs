@@ -1,4 +1,4 @@
-//! Numbers, one or eight in lanes: what the set-up of small triangles is written in.
+//! Numbers, one or eight in lanes: what the set-up of small polygons is written in.
 //!
 //! Written once, it serves a triangle that comes alone and eight that come together, with the same
 //! bits: only IEEE `+ - * /`, comparisons and choices.
@@ -82,6 +82,17 @@ pub(crate) trait Number:
     fn zero_if(self, truth: Self::Truth) -> Self {
         Self::select(truth, self.like(0.0), self)
     }
+}
+
+/// Least and greatest of some numbers.
+#[inline(always)]
+#[expect(clippy::needless_range_loop, reason = "loops over arrays are unrolled, iterators are not")]
+pub(crate) fn range_of<F: Number, const N: usize>(numbers: &[F; N]) -> [F; 2] {
+    let (mut low, mut high) = (numbers[0], numbers[0]);
+    for i in 1..N {
+        (low, high) = (low.lesser(numbers[i]), high.greater(numbers[i]));
+    }
+    [low, high]
 }
 
 impl Number for f64 {

@@ -220,21 +220,20 @@ impl<S: Simd> Prepared<S> {
         for first in (0..=count.min(FUNCTIONS - 1)).step_by(FOUR) {
             four_of(simd, c, y, v, first).store_slice(&mut self.starts[first..first + FOUR]);
         }
-        if self.divided == Divided::ByRow {
-            self.r = 1.0 / self.starts[0];
-            if self.strict {
-                return;
-            }
-            if self.short {
-                self.r = f64::from(1.0 / nearest_f32(self.starts[0]));
-                return;
-            }
-            for i in 1..=count {
-                let on_row = OnRow { start: self.starts[i], step: self.functions.x[i] };
-                let on_row = on_row.times(self.r);
-                (self.starts[i], self.steps[i]) = (on_row.start, on_row.step);
-                self.off_middle[i] = off_middle(simd, on_row.step);
-            }
+        if self.divided != Divided::ByRow {
+            return;
+        }
+        if self.short && !self.strict {
+            // As where each lane has its own.
+            self.r = f64::from(1.0 / nearest_f32(self.starts[0]));
+            return;
+        }
+        self.r = 1.0 / self.starts[0];
+        for i in (1..=count).take_while(|_| !self.strict) {
+            let on_row = OnRow { start: self.starts[i], step: self.functions.x[i] };
+            let on_row = on_row.times(self.r);
+            (self.starts[i], self.steps[i]) = (on_row.start, on_row.step);
+            self.off_middle[i] = off_middle(simd, on_row.step);
         }
     }
 

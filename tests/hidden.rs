@@ -355,3 +355,50 @@ fn hidden_surfaces_where_the_last_tiles_are_cut() {
     let expected = |i: usize| if i < 40 * 16 { 1 } else { 2 };
     assert!((0..colour.len()).all(|i| colour[i] == expected(i)), "{colour:?}");
 }
+
+/// A corner alone is nearer than what is stored everywhere: small quadrilaterals have bounds of their depths from
+/// the three vertices that carry the plane, and from the fourth.
+#[test]
+fn hidden_small_quadrilaterals_show_a_corner() {
+    const SIDE: u32 = 48;
+    let viewport = Viewport::new(0, 0, SIDE, SIDE).expect("small");
+    let area = (SIDE * SIDE) as usize;
+    let tally = Tally::default();
+    let turn = 0.0..std::f64::consts::TAU;
+    let quads =
+        (turn.clone(), turn, 3.0..8.0_f64, [14.0..34.0, 14.0..34.0_f64], 0.6..1.0_f64, 0..4_usize);
+    let cases = check(file!(), "hidden_small_quads", 2000, &quads, |case| {
+        let (turn, steepest, radius, [x, y], behind, first) = case;
+        // The two corners beside the nearest are behind what is stored, if by little.
+        let slope = 0.2 / radius;
+        let corner = |i: usize| {
+            let angle = turn + (first + i) as f64 * std::f64::consts::FRAC_PI_2;
+            let (dx, dy) = (angle.cos() * radius, angle.sin() * radius);
+            let nearness = (angle - steepest).cos() * radius * slope;
+            let z = 0.5 + 0.2 * behind - nearness;
+            Vertex::new(unproject(viewport, [x + dx, y + dy], z, 1.0), [])
+        };
+        let quad = [corner(0), corner(1), corner(2), corner(3)];
+        for compare in [Compare::Less, Compare::Greater] {
+            let stored = if compare == Compare::Less { 0.5 } else { 0.5 + 0.4 * behind as f32 };
+            let draw = |bounded: bool| {
+                // Of what was there before bounds were attached nothing is known, and so they are looked for.
+                let mut depths = vec![stored; area];
+                let mut bounds = DepthBounds::new();
+                let mut buffer = Plane::new(&mut depths, SIDE, SIDE).expect("its size");
+                if bounded {
+                    buffer = buffer.with_bounds(&mut bounds);
+                }
+                let mut tiler = Tiler::new(viewport);
+                tiler.set_depth_test(DepthTest { compare, ..DepthTest::STANDARD });
+                tiler.draw(&quad, &mut Solid(()), &mut (), Some(&mut buffer));
+                (depths, tiler.stats().pixels_shaded)
+            };
+            let (plain, shaded) = draw(false);
+            prop_assert!(plain == draw(true).0, "{:?}", compare);
+            tally.add(usize::from((1..10).contains(&shaded)));
+        }
+        Ok(())
+    });
+    tally.report("corners that are seen", cases / 4);
+}

@@ -3,8 +3,9 @@
 use fearless_simd::Simd;
 
 use super::fine::FineFrame;
+use super::flat::{FLATNESS, Places};
 use super::frame::{Bounded, Frame, U, nearby};
-use super::triple::{self, FLATNESS, Places};
+use super::triple;
 use super::twofold::Twofold;
 use super::value::{exact_values, fine_values};
 use super::{ConstantAlong, Field, Gradients, Source, Strict, Subject, TRUSTED, fits};

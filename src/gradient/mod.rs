@@ -11,6 +11,7 @@
 pub(crate) mod frame;
 mod fine;
 pub(crate) mod triple;
+mod flat;
 mod twofold;
 mod attribute;
 mod derived;
@@ -34,7 +35,7 @@ use crate::polygon::Polygon;
 use crate::space::Viewport;
 use crate::varying::Interpolation;
 
-use triple::Places;
+use flat::Places;
 
 use view::View;
 

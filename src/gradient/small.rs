@@ -7,7 +7,7 @@
 
 use alloc::vec::Vec;
 
-use super::frame::{Linear, Projection};
+use super::frame::{Linear, Projection, Reach};
 use super::small_strict::StrictLanes;
 use super::view::{View, usual_range};
 use super::{ConstantAlong, nearest_f32};
@@ -41,6 +41,24 @@ impl SmallCorners {
     #[inline(always)]
     pub(crate) fn load_fourth<F: Number>(&self, level: F::Level) -> [F; 4] {
         load_position(level, &self.positions[3])
+    }
+
+    /// Around the pixels that offsets count from.
+    #[inline(always)]
+    pub(crate) fn projection<F: Number>(
+        &self,
+        level: F::Level,
+        viewport: Viewport,
+    ) -> Projection<F> {
+        let [column, row] = &self.anchor;
+        Projection::new(viewport, [F::load(level, column), F::load(level, row)])
+    }
+
+    /// How far others are from these.
+    #[inline(always)]
+    pub(super) fn reach<F: Number>(&self, level: F::Level) -> Reach<F> {
+        let reach = F::load(level, &self.reach);
+        Reach { u: reach, v: reach }
     }
 }
 
@@ -188,9 +206,8 @@ impl SmallSetups {
         let [a, b, c] = turn.turned_positions(given);
         let low = a[3].lesser(b[3]).lesser(c[3]);
         let high = a[3].greater(b[3]).greater(c[3]);
-        let [column, row] = &corners.anchor;
-        let projection = Projection::new(viewport, [F::load(level, column), F::load(level, row)]);
-        let reach = F::load(level, &corners.reach);
+        let projection = corners.projection::<F>(level, viewport);
+        let Reach { u: reach, .. } = corners.reach(level);
         let (view, good) = View::new(&projection, [a, b, c], [low, high], reach, viewport);
         self.usual = F::bits(good & by_x) & moderate(&[a, b, c], low, high);
         let q = view.unit_q;
@@ -322,16 +339,6 @@ impl SmallSetups {
 #[inline(always)]
 fn load_position<F: Number>(level: F::Level, [x, y, z, w]: &[Lanes; 4]) -> [F; 4] {
     [F::load(level, x), F::load(level, y), F::load(level, z), F::load(level, w)]
-}
-
-/// Least and greatest of some numbers.
-#[inline(always)]
-pub(super) fn range_of<F: Number, const N: usize>(numbers: &[F; N]) -> [F; 2] {
-    let (mut low, mut high) = (numbers[0], numbers[0]);
-    for i in 1..N {
-        (low, high) = (low.lesser(numbers[i]), high.greater(numbers[i]));
-    }
-    [low, high]
 }
 
 /// A bit for each triangle of which all positions are finite, and whose greatest w is moderate.

@@ -4,11 +4,12 @@
 //! functions are those of their triangle; the fourth vertex tells whether it is flat, whether attributes are
 //! affine, and what values lie between. What is not usual is drawn as other polygons are.
 
+use super::flat::{Basis, FLATNESS, off_affine};
 use super::frame::{Bounded, Frame, Plane, Projection, Reach, U};
-use super::small::{AttributeLanes, SmallCorners, SmallSetups, moderate, range_of};
-use super::triple::{Basis, FLATNESS, off_affine, projective};
+use super::small::{AttributeLanes, SmallCorners, SmallSetups, moderate};
+use super::triple::projective;
 use super::{FITS, TRUSTED, WITHIN_ULP};
-use crate::number::Number;
+use crate::number::{Number, range_of};
 use crate::space::Viewport;
 
 /// So much the least Q may differ, relatively, from what is found in the framebuffer for any polygon, unless it
@@ -101,10 +102,8 @@ impl SmallSetups {
         let (triple, d) = (corners.load::<F>(level), corners.load_fourth::<F>(level));
         let [a, b, c] = &triple;
         let [low, high] = range_of(&[a[3], b[3], c[3], d[3]]);
-        let [column, row] = &corners.anchor;
-        let projection = Projection::new(viewport, [F::load(level, column), F::load(level, row)]);
-        let reach = F::load(level, &corners.reach);
-        let reach = Reach { u: reach, v: reach };
+        let projection = corners.projection::<F>(level, viewport);
+        let reach = corners.reach(level);
         let frame = Frame::new(&projection, triple, reach);
         let (q, det) = (frame.plane.q, frame.plane.det);
         let fourth = Fourth::new(&projection, &frame.plane, &triple, d);

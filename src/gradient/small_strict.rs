@@ -1,15 +1,15 @@
-//! Set-ups of small triangles within the view volume, in `Exact`, up to eight at a time: a lane is a
-//! triangle.
+//! Set-ups of small polygons within the view volume, in `Exact`, up to eight at a time: a lane is a
+//! polygon.
 //!
 //! In `f64`, with bounds of the errors, by which each value can be shown to be rounded right. A triangle
 //! of which any cannot is drawn as other polygons are. docs/precision.md, "Small triangles in `Exact`",
 //! derives the bounds.
 
-use super::frame::{Frame, Projection, Reach, U};
-use super::small::{SmallCorners, SmallSetups, moderate, range_of};
+use super::frame::{Frame, U};
+use super::small::{SmallCorners, SmallSetups, moderate};
 use super::small_quad::{Fourth, depth_of, part_of};
 use super::{CERTAIN, FITS, QUICK_QUOTIENT_ERROR, QUOTIENT_ROOM, SUM_ERROR};
-use crate::number::{EIGHT, Lanes, Number};
+use crate::number::{EIGHT, Lanes, Number, range_of};
 use crate::space::Viewport;
 
 /// A covered centre may lie outside the unsnapped triangle: Q is known where it is no less than this
@@ -49,10 +49,8 @@ impl SmallSetups {
         let triangle = corners.load::<F>(level);
         let [a, b, c] = &triangle;
         let [mut low, mut high] = range_of(&[a[3], b[3], c[3]]);
-        let [column, row] = &corners.anchor;
-        let projection = Projection::new(viewport, [F::load(level, column), F::load(level, row)]);
-        let reach = F::load(level, &corners.reach);
-        let reach = Reach { u: reach, v: reach };
+        let projection = corners.projection::<F>(level, viewport);
+        let reach = corners.reach(level);
         let frame = Frame::new(&projection, triangle, reach);
         let (q, det) = (frame.plane.q, frame.plane.det);
 

@@ -1,4 +1,4 @@
-//! Small triangles in view, from their set-up to the target: what is usual goes straight through,
+//! Small polygons in view, from their set-up to the target: what is usual goes straight through,
 //! without a field for each quantity. The bits are those of [`Walker`](crate::span::Walker).
 
 use alloc::vec::Vec;
@@ -10,14 +10,14 @@ use super::small_strict::find_strict;
 use crate::depth::{DepthSource, DepthTest};
 use crate::gradient::nearest_f32;
 use crate::gradient::small::{SmallField, SmallSetups};
+use crate::in_view::InView;
 use crate::lanes::{Narrow, clamp_numbers, low_bits};
 use crate::patch::{MOST, Patch};
 use crate::shade::{BLOCK, Block, Shader};
 use crate::span::InPatch;
 use crate::target::{DepthBuffer, Target};
-use crate::triangle::InView;
 
-/// A small triangle that is set up.
+/// A small polygon that is set up.
 pub(crate) struct Small<'a> {
     pub(crate) found: &'a InView,
     pub(crate) setups: &'a SmallSetups,

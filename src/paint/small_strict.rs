@@ -1,4 +1,4 @@
-//! Small triangles in view, in `Exact`: from their set-up to depths and attributes, each shown to be rounded
+//! Small polygons in view, in `Exact`: from their set-up to depths and attributes, each shown to be rounded
 //! right. It depends on neither shader nor target, and is compiled once.
 
 use alloc::vec::Vec;

@@ -9,16 +9,17 @@ use core::ops::Range;
 use fearless_simd::{Level, Simd, dispatch, f64x8};
 
 use super::hidden::SmallDepths;
+use super::scan::take_in_view;
 use super::sort::{placed_for, vertex_place};
 use crate::depth::DepthSource;
 use crate::gradient::AttributesOf;
 use crate::gradient::small::{SmallCorners, SmallSetups};
 use crate::gradient::triple::choose;
+use crate::in_view::{InView, Looks, Places, Scope, Sight};
 use crate::number::{EIGHT, Number};
 use crate::placed::Constants;
 use crate::polygon::Polygon;
 use crate::space::Viewport;
-use crate::triangle::{InView, Looks, Places, Scope, Sight};
 
 /// Polygons that are looked at together, at most: so many that those among them that cover pixels fill
 /// lanes.
@@ -327,23 +328,12 @@ pub(super) fn place_in_lane<L: Simd, V: Polygon + ?Sized, const N: usize>(
 }
 
 /// The vertices of a quadrilateral's triple, and the fourth; nothing if it is none that could have been
-/// placed within the view, at a size where nothing overflows.
+/// placed within the view.
 #[inline(always)]
 fn triple_and_fourth<V: Polygon + ?Sized>(quad: &V) -> Option<[usize; 4]> {
     let positions = [quad.position(0), quad.position(1), quad.position(2), quad.position(3)];
-    let (mut largest, mut sum) = (0.0_f64, 0.0);
-    for component in positions.as_flattened() {
-        (largest, sum) = (largest.greater(component.abs()), sum + component);
-    }
-    // What is no number makes no number of this.
-    if !(SMALLEST..LARGEST).contains(&largest) || sum * 0.0 != 0.0 {
-        return None;
-    }
+    let (positions, _) = take_in_view(&positions)?;
     let [a, b, c] = choose(&positions, &AttributesOf(quad));
     // Of all four the sum is 6.
     Some([a, b, c, 6_usize.wrapping_sub(a + b + c) % 4])
 }
-
-/// Between these polygons are taken in as they are.
-const SMALLEST: f64 = 1.0 / LARGEST;
-const LARGEST: f64 = 18_446_744_073_709_551_616.0;

@@ -7,16 +7,15 @@ use super::{Cull, Scratch, Tiler};
 use crate::depth::{DepthSource, DepthTest, Occluders};
 use crate::fixed::{Subpixel, power_of_two};
 use crate::gradient::enclosure::{outward, within};
-use crate::gradient::frame::Projection;
+use crate::gradient::frame::Plane;
 use crate::gradient::nearest_f32;
 use crate::gradient::small::{SmallCorners, SmallSetups};
-use crate::gradient::triple::{cross, sub};
 use crate::hidden::Area;
-use crate::number::{EIGHT, Lanes, Number};
+use crate::in_view::{BEYOND, THICK};
+use crate::number::{EIGHT, Lanes, Number, range_of};
 use crate::polygon::Polygon;
 use crate::space::{PixelRect, Viewport};
 use crate::target::DepthBuffer;
-use crate::triangle::{BEYOND, THICK};
 
 /// Bounds that any depth keeps.
 const ANY_DEPTH: [f32; 2] = [0.0, f32::INFINITY];
@@ -150,23 +149,19 @@ impl SmallDepths {
         viewport: Viewport,
     ) {
         let [a, b, c] = corners.load::<F>(level);
-        let [column, row] = &corners.anchor;
-        let projection = Projection::new(viewport, [F::load(level, column), F::load(level, row)]);
+        let projection = corners.projection::<F>(level, viewport);
         let [x, y, w] = projection.project(corners.load_fourth::<F>(level));
-        let fourth = setups.depth_at(level, [x / w, y / w]);
-        let z = DepthSource::Z;
-        let depths =
-            [right_depth(a, z, viewport), right_depth(b, z, viewport), right_depth(c, z, viewport)];
-        let (mut low, mut high) = (fourth, fourth);
-        for depth in depths {
-            (low, high) = (low.lesser(depth), high.greater(depth));
-        }
+        let (z, fourth) = (DepthSource::Z, setups.depth_at(level, [x / w, y / w]));
+        let [low, high] = range_of(&[
+            right_depth(a, z, viewport),
+            right_depth(b, z, viewport),
+            right_depth(c, z, viewport),
+            fourth,
+        ]);
         // The triple's triangle: its area, and no less than the sum of its box's sides.
-        let (a, b, c) = (projection.project(a), projection.project(b), projection.project(c));
-        let normal = cross(sub(b, a), sub(c, a));
-        let det = a[0] * normal[0] + a[1] * normal[1] + a[2] * normal[2];
+        let det = Plane::new(&projection, [a, b, c]).det;
         let size = (F::load(level, &corners.reach) + 2.0) * 4.0;
-        let least = size * (THICK * viewport.grid().snap_reach()) * (a[2] * b[2] * c[2]);
+        let least = size * (THICK * viewport.grid().snap_reach()) * (a[3] * b[3] * c[3]);
         let beyond = F::select(least.le(det.abs()), (high - low) * BEYOND, low.like(f64::INFINITY));
         (low - beyond).store(&mut self.0[0]);
         (high + beyond).store(&mut self.0[1]);

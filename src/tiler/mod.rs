@@ -9,6 +9,7 @@ use crate::depth::{DepthSource, DepthTest};
 use crate::divide::ScreenVertex;
 use crate::edge::{Outline, Span};
 use crate::gradient::{AttributesOf, Gradients, Subject, Wanted};
+use crate::in_view::InView;
 use crate::paint::{Covered, Placement, paint};
 use crate::placed::Constants;
 use crate::polygon::Polygon;
@@ -20,7 +21,6 @@ pub use crate::stats::Outcome;
 use crate::stats::Stats;
 use crate::subnormal;
 use crate::target::{DepthBuffer, Plane, Target};
-use crate::triangle::InView;
 use crate::varying::Interpolation;
 
 pub(crate) mod bunch;

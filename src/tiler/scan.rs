@@ -171,20 +171,22 @@ pub(super) fn take_in<V: Polygon + ?Sized>(
     Ok(moderate(given, exponent))
 }
 
-/// Positions of a small triangle, as [`take_in`] leaves them, and the negated exponent. Nothing
+/// Positions of a small polygon, as [`take_in`] leaves them, and the negated exponent. Nothing
 /// if they are none that could have been placed within the view.
 #[inline(always)]
-pub(super) fn take_in_view([a, b, c]: &[[f64; 4]; 3]) -> Option<([[f64; 4]; 3], i32)> {
-    let mut triangle = [*a, *b, *c];
-    let (xs, ys) = (a[0] + b[0] + c[0], a[1] + b[1] + c[1]);
-    let (zs, ws) = (a[2] + b[2] + c[2], a[3] + b[3] + c[3]);
+pub(super) fn take_in_view<const N: usize>(
+    positions: &[[f64; 4]; N],
+) -> Option<([[f64; 4]; N], i32)> {
+    let (mut sum, mut largest) = (0.0, 0.0);
+    for [x, y, z, w] in positions {
+        sum += x + y + z + w;
+        largest = if *w > largest { *w } else { largest };
+    }
     // What is no number makes no number of this.
-    let finite = (xs + ys + zs + ws) * 0.0 == 0.0;
-    let largest = if a[3] > b[3] { a[3] } else { b[3] };
-    let largest = if largest > c[3] { largest } else { c[3] };
-    let exponent = exponent_of(largest).filter(|_| finite)?;
-    let exponent = moderate(&mut triangle, exponent);
-    Some((triangle, exponent))
+    let exponent = exponent_of(largest).filter(|_| sum * 0.0 == 0.0)?;
+    let mut polygon = *positions;
+    let exponent = moderate(&mut polygon, exponent);
+    Some((polygon, exponent))
 }
 
 /// Multiplies `positions` by 2^-`exponent`, if that is much, and returns the exponent, else 0.

@@ -10,13 +10,13 @@ use super::scan::{Counts, Taken, take_in_view};
 use super::{Outcome, Precision, Seen, Tiler, positions_of};
 use crate::depth::DepthTest;
 use crate::hidden::Area;
-use crate::number::{EIGHT, Number};
+use crate::in_view::{InView, Scope, Sight};
+use crate::number::{EIGHT, range_of};
 use crate::paint::small::{Small, paint, serves};
 use crate::polygon::Polygon;
 use crate::shade::Shader;
 use crate::space::PixelRect;
 use crate::target::{DepthBuffer, Target};
-use crate::triangle::{InView, Scope, Sight};
 
 /// What is to be done with a polygon that was looked at.
 #[derive(Clone, Copy, Debug)]
@@ -90,7 +90,7 @@ impl Tiler {
         self.bunch.look::<LANES>(self.simd.0, scope);
     }
 
-    /// Where small triangles are to be drawn.
+    /// Where small polygons are to be drawn.
     #[inline(always)]
     pub(super) fn scope(&self, window: PixelRect) -> Scope {
         let (rect, cull) = (self.viewport.rect(), self.cull);
@@ -164,49 +164,34 @@ impl Tiler {
         k: usize,
         window: PixelRect,
         asked: Asked,
-        depth: Option<&mut DepthBuffer<'_>>,
+        mut depth: Option<&mut DepthBuffer<'_>>,
     ) -> Next {
         simd.vectorize(
             #[inline(always)]
-            || self.next_quad_here::<LANES, _, _>(simd, several, k, window, asked, depth),
-        )
-    }
-
-    #[inline(always)]
-    fn next_quad_here<const LANES: usize, L: Simd, P: Several>(
-        &mut self,
-        simd: L,
-        several: &P,
-        k: usize,
-        window: PixelRect,
-        asked: Asked,
-        mut depth: Option<&mut DepthBuffer<'_>>,
-    ) -> Next {
-        if asked.setups {
-            if self.bunch.quads_ready.are_drawn() {
-                self.leave_out_hidden::<LANES, _, _>(
-                    simd,
-                    several,
-                    k,
-                    window,
-                    depth.as_deref_mut(),
-                );
-                if self.bunch.sights[k % BUNCH] == Sight::Hidden {
-                    return Next::Done(Outcome::Hidden);
+            || {
+                if !asked.setups {
+                    return self.next_spans(simd, &several.polygon(k), window, depth);
                 }
-                let made_of = (self.depth_test.source, self.viewport);
-                self.bunch.set_up::<LANES, 4, _>(self.simd.0, several, k, asked, made_of);
-            }
-            let ready = &mut self.bunch.quads_ready;
-            let lane = ready.next_lane();
-            if ready.setups.is_usual(lane) {
+                if self.bunch.quads_ready.are_drawn() {
+                    let bounds = depth.as_deref_mut();
+                    self.leave_out_hidden::<LANES, _, _>(simd, several, k, window, bounds);
+                    if self.bunch.sights[k % BUNCH] == Sight::Hidden {
+                        return Next::Done(Outcome::Hidden);
+                    }
+                    let made_of = (self.depth_test.source, self.viewport);
+                    self.bunch.set_up::<LANES, 4, _>(self.simd.0, several, k, asked, made_of);
+                }
+                let ready = &mut self.bunch.quads_ready;
+                let lane = ready.next_lane();
+                if !ready.setups.is_usual(lane) {
+                    return Next::Spans;
+                }
                 if asked.depths && self.hides_or_takes::<4>(k, lane, window, depth) {
                     return Next::Done(Outcome::Hidden);
                 }
-                return Next::Quad(lane);
-            }
-        }
-        self.next_spans(simd, &several.polygon(k), window, depth)
+                Next::Quad(lane)
+            },
+        )
     }
 
     /// Finds the next quadrilaterals from `first` on that are not hidden, as many as there are lanes: of those
@@ -350,7 +335,7 @@ impl Tiler {
         let Some((given, exponent)) = take_in_view(&positions_of(polygon)) else {
             return Outcome::Refused;
         };
-        let w = range([given[0][3], given[1][3], given[2][3]]);
+        let w = range_of(&[given[0][3], given[1][3], given[2][3]]);
         let taken = Taken { exponent, w, seen: found.bounds, whole: true, short: true };
         self.scratch.is_set_up = false;
         self.fill(polygon, Seen::Small(found, &given, taken), found.into(), shader, target, depth)
@@ -362,10 +347,4 @@ impl From<&InView> for Counts {
     fn from(found: &InView) -> Self {
         Self { pixels: found.pixels, spans: found.spans, within: found.bounds }
     }
-}
-
-/// Least and greatest of three numbers.
-#[inline(always)]
-fn range([a, b, c]: [f64; 3]) -> [f64; 2] {
-    [a.lesser(b).lesser(c), a.greater(b).greater(c)]
 }

@@ -7,10 +7,10 @@ use super::bunch::Bunch;
 use super::{Outcome, Tiler};
 use crate::depth::Occluders;
 use crate::fixed::Subpixel;
+use crate::in_view::{InView, Sight};
 use crate::placed::{Constants, Placed, PlacedVertex};
 use crate::polygon::Polygon;
 use crate::space::{PixelRect, Viewport};
-use crate::triangle::{InView, Sight};
 
 /// The rows that a polygon may cover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -13,7 +13,7 @@ use fearless_simd::Simd;
 
 use crate::fixed::{Subpixel, WHOLE, whole_of};
 use crate::gradient::middle;
-use crate::number::{EIGHT, Lanes, Number};
+use crate::number::{EIGHT, Lanes, Number, range_of};
 use crate::patch::{Edge, Patches};
 use crate::space::PixelRect;
 
@@ -200,12 +200,7 @@ impl<const N: usize> Looks<N> {
     #[inline(always)]
     pub(crate) fn look<F: Number>(&mut self, level: F::Level, places: &Places<N>, scope: &Scope) {
         let (xs, ys) = (load::<F, N>(level, &places.x), load::<F, N>(level, &places.y));
-        let (mut low_x, mut high_x) = (xs[0], xs[0]);
-        let (mut low_y, mut high_y) = (ys[0], ys[0]);
-        for i in 1..N {
-            (low_x, high_x) = (low_x.lesser(xs[i]), high_x.greater(xs[i]));
-            (low_y, high_y) = (low_y.lesser(ys[i]), high_y.greater(ys[i]));
-        }
+        let ([low_x, high_x], [low_y, high_y]) = (range_of(&xs), range_of(&ys));
         let (width, height) = (high_x - low_x, high_y - low_y);
         let largest = low_x.like(LARGEST);
         self.small = places.within & F::bits(width.lt(largest) & height.lt(largest));
