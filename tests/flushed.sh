@@ -6,4 +6,4 @@ cd "$(dirname "$0")/.."
 export CARGO_TARGET_DIR=${FLUSHED_TARGET_DIR:-$(mktemp -d)}
 export RUSTFLAGS="-C link-arg=$(gcc -print-file-name=crtfastmath.o)"
 # For a named target build scripts are not linked so.
-cargo test --target x86_64-unknown-linux-gnu --test flushed -- --ignored
+cargo test --target x86_64-unknown-linux-gnu --test promises flushed -- --ignored

@@ -87,14 +87,22 @@ JS
     done
 }
 
-# The library's own tests, and of tests/ those that need no threads, no program and no files. Without
-# vectors it is fewer: an operation on 16 lanes is 16 of them then, and the compiler takes minutes for
-# each of the others.
+# The library's own tests, and of tests/promises those that need no threads, no program and no files. Without
+# vectors it is fewer: an operation on 16 lanes is 16 of them then.
 without_vectors=(clipping coverage exhaustive fuzzed oracles)
 with_vectors=("${without_vectors[@]}" cameras nasty order patterns precision total)
 
 # A test that fails ends the others of its file: there is no unwinding. Those that must panic are
 # ignored for that reason.
+core_tests() {
+    local cargo_test=(
+        cargo test --locked --no-default-features --features std --target wasm32-wasip1
+        -Zbuild-std=std,panic_abort,test
+    )
+    "${cargo_test[@]}" --lib -- --nocapture || failed=1
+    "${cargo_test[@]}" --test promises -- --nocapture "${@/%/::}" || failed=1
+}
+
 suite() {
     # What the standard library asks for and WASI does not have; it is not called.
     mkdir -p "$target_dir"
@@ -124,8 +132,7 @@ JS
         export CARGO_TARGET_DIR=$target_dir/suite
         REPO=$repo CARGO_PROFILE_TEST_DEBUG=0 \
             CARGO_TARGET_WASM32_WASIP1_RUNNER="node --no-warnings $scratch/wasi.mjs" \
-            cargo test --locked --no-fail-fast --no-default-features --features std --lib "${tests[@]/#/--test=}" \
-            --target wasm32-wasip1 -Zbuild-std=std,panic_abort,test -- --nocapture || failed=1
+            core_tests "${tests[@]}"
     done
 }
 

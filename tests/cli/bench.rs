@@ -166,7 +166,7 @@ fn bench_refuses_what_it_cannot_do() {
     folder.bad("bench --heat missing", "make it first");
 }
 
-/// Two seconds of the soak; tests/soak.rs has each kind of scene, and shows that it would notice.
+/// Two seconds of the soak; tests/promises/soak.rs has each kind of scene, and shows that it would notice.
 #[test]
 fn bench_soaks_without_a_disagreement() {
     let folder = Folder::new();

@@ -1,6 +1,6 @@
 //! Which columns of a row a polygon covers that no plane cuts: P1 once more, a row at a time.
 //! It shares no code with the library, and none with the oracle of tests/oracle, which counts
-//! crossings pixel by pixel and holds this one to account (tests/soak.rs).
+//! crossings pixel by pixel and holds this one to account (tests/promises/soak.rs).
 
 use std::ops::Range;
 

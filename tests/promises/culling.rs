@@ -1,9 +1,7 @@
 //! Bounding volumes, hierarchies of them and occlusion queries, against every vertex, polygon and
 //! pixel that they speak for.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
+use crate::oracle::shapes::{Tally, check};
 use glam::{DMat4, DVec3};
 use hyperspan::batch::Batch;
 use hyperspan::camera::{DepthConvention, DepthPlanes, look_at, multiply, perspective, transform};
@@ -14,7 +12,6 @@ use hyperspan::{
     BoundingBox, BoundingSphere, Clusters, Hierarchy, Inclusion, Plane, Solid, Tiler, Vertex,
     ViewVolume, Viewport,
 };
-use oracle::shapes::{Tally, check};
 use proptest::prelude::*;
 
 /// A camera at the origin's side, and a crop of what it sees.

@@ -1,8 +1,6 @@
 //! Draw lists: the bytes of polygons drawn one by one, on any number of threads, in any bands.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
+use crate::oracle::shapes::{Tally, check};
 use hyperspan::batch::{Batch, Mesh};
 use hyperspan::depth::{Compare, DepthBounds, DepthTest};
 use hyperspan::draw::{Call, Canvas, Frame, Polygons, Screen, With};
@@ -14,7 +12,6 @@ use hyperspan::space::{DepthRange, Viewport};
 use hyperspan::stats::Stats;
 use hyperspan::target::Plane;
 use hyperspan::tiler::{Cull, Precision, Tiler};
-use oracle::shapes::{Tally, check};
 use proptest::prelude::*;
 
 type Corner = Vertex<2, [f64; 4]>;

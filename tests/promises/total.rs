@@ -1,11 +1,10 @@
 //! P4: any bits in, and there is no panic, no write outside the target, and every polygon is
 //! counted once.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
 use std::time::Instant;
 
+use crate::oracle::Poly;
+use crate::oracle::shapes::{Tally, check, clipped_polygons, loose_polygons, scenes};
 use hyperspan::depth::{Compare, DepthSource, DepthTest};
 use hyperspan::shade::Fragment;
 use hyperspan::space::{DepthRange, Grid, Viewport};
@@ -13,8 +12,6 @@ use hyperspan::stats::Stats;
 use hyperspan::target::Plane;
 use hyperspan::tiler::{Cull, Outcome, Precision, Tiler};
 use hyperspan::varying::Interpolation;
-use oracle::Poly;
-use oracle::shapes::{Tally, check, clipped_polygons, loose_polygons, scenes};
 use proptest::prelude::*;
 
 /// Numbers that have broken rasterizers, and any others.
@@ -305,7 +302,7 @@ fn total_counts_add_up() {
         let (width, height, _) = settings.target;
         let mut drawn = 0;
         for poly in &list {
-            let mut sheet = oracle::probe::Sheet::new(width, height);
+            let mut sheet = crate::oracle::probe::Sheet::new(width, height);
             let mut shader = |_: &Fragment<'_>| 1_u8;
             let outcome = tiler.draw(poly, &mut shader, &mut sheet, None);
             drawn += u64::from(outcome == Outcome::Drawn);
@@ -336,7 +333,7 @@ fn total_work_is_that_of_the_window() {
         let begun = Instant::now();
         tiler.set_origin(8192, if turn % 2 == 0 { 0 } else { 16000 });
         for _ in 0..50 {
-            let mut sheet = oracle::probe::Sheet::new(4, 2);
+            let mut sheet = crate::oracle::probe::Sheet::new(4, 2);
             tiler.draw(&cover, &mut |_: &Fragment<'_>| 1_u8, &mut sheet, None);
             assert_eq!(sheet.pixels.iter().flatten().count(), 8);
         }

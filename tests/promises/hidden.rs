@@ -2,9 +2,8 @@
 //! same, whatever the compare function, the shader, the instruction set, and whatever the caller
 //! does to the depths in between.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
+use crate::oracle::Poly;
+use crate::oracle::shapes::{Tally, check, unproject};
 use hyperspan::depth::{Compare, DepthBounds, DepthSource, DepthTest};
 use hyperspan::draw::{Frame, Polygons, Screen, With};
 use hyperspan::polygon::Vertex;
@@ -12,8 +11,6 @@ use hyperspan::shade::{BLOCK, Block, Inputs, Shader, Solid};
 use hyperspan::space::{DepthRange, Grid};
 use hyperspan::target::DepthBuffer;
 use hyperspan::{Outcome, Plane, Precision, Simd, Tiler, Viewport};
-use oracle::Poly;
-use oracle::shapes::{Tally, check, unproject};
 use proptest::prelude::*;
 
 /// What happens to a picture and its depths.

@@ -1,11 +1,13 @@
 //! P3: the same bits, for any crop, any rotation of the list of vertices, any power of two that
 //! a polygon is scaled by, whatever was drawn before, and whatever the shader asks for.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
 use std::collections::BTreeMap;
 
+use crate::oracle::Poly;
+use crate::oracle::probe::{self, Picture, Sheet, View};
+use crate::oracle::shapes::{
+    Tally, check, clipped_polygons, loose_polygons, scenes, vanishing_polygons,
+};
 use hyperspan::depth::{Compare, DepthSource, DepthTest};
 use hyperspan::polygon::{Indexed, Polygon, Strided, Vertex};
 use hyperspan::shade::{Attributes, BLOCK, Block, Fragment, Inputs, Shader};
@@ -14,9 +16,6 @@ use hyperspan::space::{PixelRect, Viewport};
 use hyperspan::target::Plane;
 use hyperspan::tiler::{Precision, Tiler};
 use hyperspan::varying::Interpolation;
-use oracle::Poly;
-use oracle::probe::{self, Picture, Sheet, View};
-use oracle::shapes::{Tally, check, clipped_polygons, loose_polygons, scenes, vanishing_polygons};
 use proptest::prelude::*;
 
 /// Flat ones, on the screen and out of it.

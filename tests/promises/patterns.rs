@@ -1,16 +1,13 @@
 //! Coverage that can be read: `#` is drawn, `.` is not. The target panics if a pixel is drawn
 //! twice or lies outside.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
+use crate::oracle::Poly;
+use crate::oracle::probe::Sheet;
+use crate::oracle::shapes::unproject;
 use hyperspan::shade::Solid;
 use hyperspan::space::{Grid, PixelRect, Viewport};
 use hyperspan::target::Plane;
 use hyperspan::tiler::{Outcome, Tiler};
-use oracle::Poly;
-use oracle::probe::Sheet;
-use oracle::shapes::unproject;
 
 /// The clip positions of points in the framebuffer of a `width` x `height` picture. Whole and
 /// half pixels are exact if the sides are powers of two.

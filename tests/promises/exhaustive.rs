@@ -1,11 +1,10 @@
 //! P1 where all cases can be tried: every triangle on a lattice round a few pixels, its vertices in
 //! every order, by the way of small triangles and by the way of spans, on every instruction set.
 //! The usual run has 10 x 10 points, so a million triangles on each lattice;
-//! `EXHAUSTIVE_SIDE=22 cargo test --release --test exhaustive -- --nocapture` has 113 million.
+//! `EXHAUSTIVE_SIDE=22 cargo test --release --test promises exhaustive -- --nocapture` has 113 million.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
+use crate::oracle::coverage::{framebuffer, snap, steps, winding};
+use crate::oracle::shapes::unproject;
 use hyperspan::placed::Placed;
 use hyperspan::polygon::{Indexed, Vertex};
 use hyperspan::shade::Solid;
@@ -13,8 +12,6 @@ use hyperspan::simd::Simd;
 use hyperspan::space::{Grid, Viewport};
 use hyperspan::target::Target;
 use hyperspan::tiler::Tiler;
-use oracle::coverage::{framebuffer, snap, steps, winding};
-use oracle::shapes::unproject;
 
 /// Pixels in a side of the picture: a bit for each of its pixels fits into a word.
 const SIDE: u32 = 8;

@@ -1,15 +1,12 @@
 //! Lists of polygons: with vertices that are placed once for all of them, they have the bits and
 //! the counts that they have without.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
+use crate::oracle::shapes::{Tally, check};
 use hyperspan::polygon::Polygon;
 use hyperspan::{
     Cull, DepthTest, Fragment, Indexed, Placed, Plane, Precision, Simd, Stats, Strided, Tiler,
     Viewport,
 };
-use oracle::shapes::{Tally, check};
 use proptest::prelude::*;
 
 /// A list, and how it is drawn.

@@ -1,16 +1,13 @@
 //! The viewing matrices against projections done by hand.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
+use crate::oracle::Poly;
+use crate::oracle::coverage::framebuffer;
+use crate::oracle::judge;
+use crate::oracle::probe::{self, View};
+use crate::oracle::shapes::{Tally, check};
 use glam::DVec3;
 use hyperspan::camera::{self, DepthConvention, DepthPlanes};
 use hyperspan::space::{DepthRange, Viewport};
-use oracle::Poly;
-use oracle::coverage::framebuffer;
-use oracle::judge;
-use oracle::probe::{self, View};
-use oracle::shapes::{Tally, check};
 use proptest::prelude::*;
 
 fn planes() -> impl Strategy<Value = DepthPlanes> {

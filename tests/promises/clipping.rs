@@ -1,19 +1,16 @@
 //! P1, where planes cut: polygons that were clipped share their edges without crack and overlap,
 //! and cover what the exact clipper leaves.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
 use std::collections::BTreeMap;
 
+use crate::oracle::Poly;
+use crate::oracle::clipper::{self, Side};
+use crate::oracle::coverage::is_unclipped;
+use crate::oracle::exact::{Q, q, sum};
+use crate::oracle::judge::{self, TOLERANCE};
+use crate::oracle::probe::{self, View};
+use crate::oracle::shapes::{Tally, check, clipped_polygons, scenes};
 use hyperspan::space::{DepthRange, PixelRect, Viewport};
-use oracle::Poly;
-use oracle::clipper::{self, Side};
-use oracle::coverage::is_unclipped;
-use oracle::exact::{Q, q, sum};
-use oracle::judge::{self, TOLERANCE};
-use oracle::probe::{self, View};
-use oracle::shapes::{Tally, check, clipped_polygons, scenes};
 use proptest::prelude::*;
 
 /// A net of quads and triangles on a plane that reaches behind the eye, before the near plane,
@@ -163,7 +160,7 @@ fn clipping_of_clipped_triangles_is_that_of_the_exact_clipper() {
 
 /// Triangles that reach out of the guard band, up to 10^8 times w: beyond that an
 /// edge from one giant to another is known in f64 to less than the tolerance here
-/// (docs/precision.md). Covers of any size are in tests/nasty.rs.
+/// (docs/precision.md). Covers of any size are in tests/promises/nasty.rs.
 fn giants() -> impl Strategy<Value = (View, Poly)> {
     let exponents =
         prop_oneof![Just([0_i32, 7, 7]), [0..3_i32, 0..6, 0..8], [0..8_i32, 0..8, 0..8]];

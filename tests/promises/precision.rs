@@ -1,18 +1,15 @@
 //! P2, `Exact`: every value is the correctly rounded one, bit for bit.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
+use crate::oracle::Poly;
+use crate::oracle::judge;
+use crate::oracle::plane::Plane;
+use crate::oracle::probe::{self, View};
+use crate::oracle::shapes::{
+    self, Tally, check, clipped_polygons, in_range, loose_polygons, scenes, unproject,
+};
 use hyperspan::space::{Grid, PixelRect, Viewport};
 use hyperspan::tiler::Precision;
 use hyperspan::varying::Interpolation;
-use oracle::Poly;
-use oracle::judge;
-use oracle::plane::Plane;
-use oracle::probe::{self, View};
-use oracle::shapes::{
-    self, Tally, check, clipped_polygons, in_range, loose_polygons, scenes, unproject,
-};
 use proptest::prelude::*;
 
 /// What was compared.

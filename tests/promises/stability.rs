@@ -1,24 +1,15 @@
 //! Numerical stability: the reference that the benchmarks and the stress measure with, against
 //! rationals; and the stress of `hyperspan bench --stress`, thinned out.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-#[expect(dead_code, reason = "tests/soak.rs uses the rest")]
-#[path = "../src/cli/bench/reference/mod.rs"]
-mod reference;
-#[expect(dead_code, reason = "tables and searches of some seconds are the program's")]
-#[path = "../src/cli/bench/stress/mod.rs"]
-mod stress;
-
+use crate::bench::reference::{Reference, Value};
+use crate::bench::stress::{self, Options, Until};
+use crate::oracle::Poly;
+use crate::oracle::exact::{Q, q, round_to_f32};
+use crate::oracle::plane::Plane;
+use crate::oracle::probe;
+use crate::oracle::shapes::{Tally, check, corners, scenes, unproject, vanishing_polygons};
 use hyperspan::space::{PixelRect, Viewport};
-use oracle::Poly;
-use oracle::exact::{Q, q, round_to_f32};
-use oracle::plane::Plane;
-use oracle::probe;
-use oracle::shapes::{Tally, check, corners, scenes, unproject, vanishing_polygons};
 use proptest::prelude::*;
-use reference::{Reference, Value};
-use stress::{Options, Until};
 
 /// Triangles of any shape, slivers and giants included, with w over up to 30 powers of two, and
 /// attributes of any size; some of the vertices behind the eye.

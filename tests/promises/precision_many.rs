@@ -2,21 +2,18 @@
 //!
 //! A million pixels with every run of the tests, a hundred million when asked:
 //!
-//!     cargo test --release --test precision_many -- --ignored --nocapture
+//!     cargo test --release --test promises precision_many -- --ignored --nocapture
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
+use crate::oracle::Poly;
+use crate::oracle::plane::quick::{Known, Quick};
+use crate::oracle::plane::{Plane, Right};
+use crate::oracle::probe::View;
+use crate::oracle::shapes::scenes;
 use hyperspan::depth::DepthTest;
 use hyperspan::shade::{Fragment, Solid};
 use hyperspan::space::Viewport;
 use hyperspan::target::Plane as Target;
 use hyperspan::tiler::{Precision, Tiler};
-use oracle::Poly;
-use oracle::plane::quick::{Known, Quick};
-use oracle::plane::{Plane, Right};
-use oracle::probe::View;
-use oracle::shapes::scenes;
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 

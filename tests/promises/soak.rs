@@ -1,26 +1,15 @@
 //! The soak of `hyperspan bench --soak`: its oracles are quick, and so are held to account by the
 //! slow ones of tests/oracle here; and what is spoilt on purpose must be noticed.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-#[expect(dead_code, reason = "each test file uses a part of it")]
-#[path = "../src/cli/bench/reference/mod.rs"]
-mod reference;
-#[expect(dead_code, reason = "each test file uses a part of it")]
-#[path = "../src/cli/bench/soak/mod.rs"]
-mod soak;
-#[expect(dead_code, reason = "each test file uses a part of it")]
-#[path = "../src/cli/bench/stress/mod.rs"]
-mod stress;
-
-use oracle::Poly;
-use oracle::clipper::{self, Side};
-use oracle::coverage::{covered, is_unclipped, snapped};
-use reference::Reference;
-use soak::check::{Desk, Tally};
-use soak::cut::{Cut, tolerance};
-use soak::outline::Outline;
-use soak::scene::{Piece, Scene};
+use crate::bench::reference::Reference;
+use crate::bench::soak;
+use crate::bench::soak::check::{Desk, Tally};
+use crate::bench::soak::cut::{Cut, tolerance};
+use crate::bench::soak::outline::Outline;
+use crate::bench::soak::scene::{Piece, Scene};
+use crate::oracle::Poly;
+use crate::oracle::clipper::{self, Side};
+use crate::oracle::coverage::{covered, is_unclipped, snapped};
 
 fn pool() -> rayon::ThreadPool {
     rayon::ThreadPoolBuilder::new().num_threads(soak::POOL).build().expect("three threads")

@@ -1,14 +1,11 @@
 //! What the fuzzers found, each with a line on what it was; docs/fuzzing.md lists them.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
+use crate::oracle::Poly;
+use crate::oracle::judge;
+use crate::oracle::probe::{self, View};
 use hyperspan::space::{DepthRange, Viewport};
 use hyperspan::texture::Texture;
 use hyperspan::tiler::Precision;
-use oracle::Poly;
-use oracle::judge;
-use oracle::probe::{self, View};
 
 /// Draws `poly` in both precisions; pixels and values must be the oracles'.
 fn agrees(view: &View, poly: &Poly) {

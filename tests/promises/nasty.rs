@@ -1,13 +1,15 @@
 //! Inputs that break rasterizers, by name. "B" is a triangle that fills the middle of a
 //! 64 x 64 picture; "apex" replaces its third vertex.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
 use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::time::Instant;
 
+use crate::oracle::coverage::{covered, is_unclipped, snapped};
+use crate::oracle::judge;
+use crate::oracle::probe::{self, Picture, View};
+use crate::oracle::shapes::unproject;
+use crate::oracle::{Poly, exact};
 use hyperspan::camera::{self, DepthConvention, DepthPlanes};
 use hyperspan::clip::{Clipper, VertexArrays};
 use hyperspan::polygon::{Polygon, Strided, Vertex};
@@ -15,11 +17,6 @@ use hyperspan::shade::{Fragment, Solid};
 use hyperspan::space::{DepthRange, PixelRect, Viewport};
 use hyperspan::target::Plane;
 use hyperspan::tiler::{Outcome, Tiler};
-use oracle::coverage::{covered, is_unclipped, snapped};
-use oracle::judge;
-use oracle::probe::{self, Picture, View};
-use oracle::shapes::unproject;
-use oracle::{Poly, exact};
 
 const B: [[f64; 4]; 3] = [[-0.5, -0.5, 0.5, 1.0], [0.5, -0.5, 0.5, 1.0], [0.0, 0.6, 0.5, 1.0]];
 const FULL: usize = 64 * 64;

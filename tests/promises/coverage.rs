@@ -1,18 +1,15 @@
 //! P1: a pixel is covered if and only if its centre is inside the snapped polygon, and polygons
 //! that share an edge cover each pixel exactly once.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
 use std::collections::BTreeMap;
 
+use crate::oracle::Poly;
+use crate::oracle::coverage::{covered, doubled_area, is_unclipped, snapped};
+use crate::oracle::probe::{self, Sheet, View};
+use crate::oracle::shapes::{self, Tally, check, in_range, look, scenes, unproject};
 use hyperspan::space::{Grid, PixelRect, Viewport};
 use hyperspan::target::Target as _;
 use hyperspan::tiler::{Cull, Outcome};
-use oracle::Poly;
-use oracle::coverage::{covered, doubled_area, is_unclipped, snapped};
-use oracle::probe::{self, Sheet, View};
-use oracle::shapes::{self, Tally, check, in_range, look, scenes, unproject};
 use proptest::prelude::*;
 
 /// Draws an unclipped polygon, and compares with the oracle pixel by pixel.

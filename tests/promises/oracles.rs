@@ -1,16 +1,13 @@
 //! The oracles against each other, and against cases done by hand.
 
-#[expect(dead_code, reason = "each test file uses a part of it")]
-mod oracle;
-
+use crate::oracle::clipper::{self, Side};
+use crate::oracle::coverage::{self, is_unclipped, snapped, winding};
+use crate::oracle::exact::{Q, fraction, power_of_two, q, round_to_f32};
+use crate::oracle::plane::{Plane, Right};
+use crate::oracle::shapes::{Tally, check, scenes};
+use crate::oracle::{Poly, exact};
 use hyperspan::space::{DepthRange, Grid, Viewport};
 use hyperspan::varying::Interpolation;
-use oracle::clipper::{self, Side};
-use oracle::coverage::{self, is_unclipped, snapped, winding};
-use oracle::exact::{Q, fraction, power_of_two, q, round_to_f32};
-use oracle::plane::{Plane, Right};
-use oracle::shapes::{Tally, check, scenes};
-use oracle::{Poly, exact};
 use proptest::prelude::*;
 
 fn viewport(width: u32, height: u32) -> Viewport {
