@@ -107,6 +107,12 @@ impl<'a, P: Copy> Plane<'a, P> {
         &self.data[start..start + self.width as usize]
     }
 
+    /// The rest of row `y` from column `x` on; empty where there is nothing.
+    #[inline(always)]
+    pub(crate) fn row_from(&self, x: u32, y: u32) -> &[P] {
+        if y < self.height { self.row(y).get(x as usize..).unwrap_or_default() } else { &[] }
+    }
+
     /// A pixel, for those who keep the bounds true themselves.
     #[inline(always)]
     pub(crate) fn tested_pixel_mut(&mut self, x: u32, y: u32) -> Option<&mut P> {

@@ -7,7 +7,7 @@ use fearless_simd::{Simd, SimdBase, SimdMask};
 
 use super::Placement;
 use super::small_strict::find_strict;
-use crate::depth::{DepthSource, DepthTest};
+use crate::depth::{Compare, DepthSource, DepthTest};
 use crate::gradient::nearest_f32;
 use crate::gradient::small::{SmallField, SmallSetups};
 use crate::in_view::InView;
@@ -256,15 +256,41 @@ pub(super) fn test_pixels(
     keeps_all: bool,
 ) -> u16 {
     let DepthTest { compare, write, .. } = place.test;
+    let store = keeps_all && write;
+    let origin = place.origin;
+    // The usual ones have a loop each, which does not ask for every pixel how it is to be compared.
+    match compare {
+        Compare::Less => test_each(buffer, patch, origin, depths, store, |new, old| new < old),
+        Compare::LessEqual => {
+            test_each(buffer, patch, origin, depths, store, |new, old| new <= old)
+        }
+        Compare::Greater => test_each(buffer, patch, origin, depths, store, |new, old| new > old),
+        Compare::GreaterEqual => {
+            test_each(buffer, patch, origin, depths, store, |new, old| new >= old)
+        }
+        other => test_each(buffer, patch, origin, depths, store, |new, old| other.passes(new, old)),
+    }
+}
+
+/// [`test_pixels`] by `passes`. To `store` is to store what passes.
+#[inline(always)]
+fn test_each(
+    buffer: &mut DepthBuffer<'_>,
+    patch: Patch,
+    origin: [i32; 2],
+    depths: &[f32; BLOCK],
+    store: bool,
+    passes: impl Fn(f32, f32) -> bool,
+) -> u16 {
     let (mut left, mut passed) = (patch.mask, 0);
     while left != 0 {
         let lane = left.trailing_zeros() as usize;
         left &= left - 1;
-        let [x, y] = patch.place(lane, place.origin);
+        let [x, y] = patch.place(lane, origin);
         let Some(stored) = buffer.tested_pixel_mut(x, y) else { continue };
-        let passes = compare.passes(depths[lane], *stored);
+        let passes = passes(depths[lane], *stored);
         passed |= u16::from(passes) << lane;
-        if keeps_all && write {
+        if store {
             // Stored in any case: nothing predicts which pass.
             *stored = if passes { depths[lane] } else { *stored };
         }

@@ -4,6 +4,7 @@
     reason = "loops over arrays are unrolled, iterators are not"
 )]
 
+use core::hint::black_box;
 use core::ops::Range;
 
 use fearless_simd::{Level, Simd, dispatch, f64x8};
@@ -19,7 +20,15 @@ use crate::in_view::{InView, Looks, Places, Scope, Sight};
 use crate::number::{EIGHT, Number};
 use crate::placed::Constants;
 use crate::polygon::Polygon;
-use crate::space::Viewport;
+use crate::space::{PixelRect, Viewport};
+use crate::target::DepthBuffer;
+
+/// So many rows from one polygon to the next are too many for a cache to hold what lies between.
+const FAR: u32 = 256;
+
+/// So many of [`EIGHT`] that lie far from the one before make it worth reading ahead: one alone is where a mesh
+/// begins a new strip.
+const MANY: u32 = 2;
 
 /// Polygons that are looked at together, at most: so many that those among them that cover pixels fill
 /// lanes.
@@ -69,6 +78,8 @@ pub(super) struct Ready {
     /// So many lanes are, and so many of these have been drawn.
     filled: usize,
     lane: usize,
+    /// Of the framebuffer: the pixels of each one's bounding box.
+    bounds: [PixelRect; EIGHT],
     corners: SmallCorners,
     pub(super) depths: SmallDepths,
     pub(super) setups: SmallSetups,
@@ -167,7 +178,7 @@ impl Bunch {
     ) {
         let Self { count, sights, found, triangles_ready, quads_ready, .. } = self;
         let ready = if N == 3 { triangles_ready } else { quads_ready };
-        let Ready { corners, setups, .. } = ready;
+        let Ready { bounds, corners, setups, .. } = ready;
         let most = if asked.setups { asked.most } else { 0 };
         let n = several.polygon(first).attribute_count().min(most);
         let attributes = setups.attributes_mut(n);
@@ -182,6 +193,7 @@ impl Bunch {
             }
             let (polygon, found, at) = (several.polygon(k), &found[k % BUNCH], lanes % EIGHT);
             lanes += 1;
+            bounds[at] = found.bounds;
             let [(column, u), (row, v)] = found.middle();
             (corners.anchor[0][at], corners.anchor[1][at]) = (column.into(), row.into());
             corners.reach[at] = u.greater(v);
@@ -242,6 +254,36 @@ impl Ready {
     pub(super) fn next_lane(&mut self) -> usize {
         self.lane += 1;
         (self.lane - 1) % EIGHT
+    }
+
+    /// Reads the stored depths where those lie that are set up, if that is far from each other: what is not in
+    /// the cache comes for all of them at once, and not for one after the other.
+    #[inline(always)]
+    pub(super) fn read_ahead(&self, origin: [i32; 2], depths: Option<&DepthBuffer<'_>>) {
+        let mut jumps = 0;
+        for lane in 1..self.filled.min(EIGHT) {
+            let [last, row] = [self.bounds[lane - 1].y0, self.bounds[lane].y0];
+            jumps += u32::from(row.abs_diff(last) > FAR);
+        }
+        if let Some(depths) = depths
+            && jumps >= MANY
+        {
+            self.read_depths(origin, depths);
+        }
+    }
+
+    #[inline(never)]
+    fn read_depths(&self, [x, y]: [i32; 2], depths: &DepthBuffer<'_>) {
+        let mut read = 0;
+        for PixelRect { x0, y0, y1, .. } in self.bounds.iter().take(self.filled) {
+            let column = x0.wrapping_sub(x).cast_unsigned();
+            for row in *y0..*y1 {
+                let row = depths.row_from(column, row.wrapping_sub(y).cast_unsigned());
+                read |= row.first().map_or(0, |depth| depth.to_bits());
+            }
+        }
+        // Else nothing would be read at all.
+        black_box(read);
     }
 
     /// Sets up what is `asked`, of polygons with `N` corners.

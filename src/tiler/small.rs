@@ -180,6 +180,7 @@ impl Tiler {
                     }
                     let made_of = (self.depth_test.source, self.viewport);
                     self.bunch.set_up::<LANES, 4, _>(self.simd.0, several, k, asked, made_of);
+                    self.bunch.quads_ready.read_ahead(self.origin, depth.as_deref());
                 }
                 let ready = &mut self.bunch.quads_ready;
                 let lane = ready.next_lane();
@@ -259,6 +260,7 @@ impl Tiler {
         if self.bunch.triangles_ready.are_drawn() {
             let made_of = (self.depth_test.source, self.viewport);
             self.bunch.set_up::<LANES, 3, _>(self.simd.0, several, k, asked, made_of);
+            self.bunch.triangles_ready.read_ahead(self.origin, depth.as_deref());
         }
         let ready = &mut self.bunch.triangles_ready;
         let lane = ready.next_lane();
