@@ -229,7 +229,10 @@ impl<S: Simd> Prepared<S> {
             return;
         }
         self.r = 1.0 / self.starts[0];
-        for i in (1..=count).take_while(|_| !self.strict) {
+        if self.strict {
+            return;
+        }
+        for i in 1..=count {
             let on_row = OnRow { start: self.starts[i], step: self.functions.x[i] };
             let on_row = on_row.times(self.r);
             (self.starts[i], self.steps[i]) = (on_row.start, on_row.step);

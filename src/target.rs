@@ -107,10 +107,10 @@ impl<'a, P: Copy> Plane<'a, P> {
         &self.data[start..start + self.width as usize]
     }
 
-    /// The rest of row `y` from column `x` on; empty where there is nothing.
+    /// Pixel (x, y), if there is one.
     #[inline(always)]
-    pub(crate) fn row_from(&self, x: u32, y: u32) -> &[P] {
-        if y < self.height { self.row(y).get(x as usize..).unwrap_or_default() } else { &[] }
+    pub(crate) fn pixel(&self, x: u32, y: u32) -> Option<P> {
+        if y < self.height { self.row(y).get(x as usize).copied() } else { None }
     }
 
     /// A pixel, for those who keep the bounds true themselves.

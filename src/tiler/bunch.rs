@@ -278,8 +278,8 @@ impl Ready {
         for PixelRect { x0, y0, y1, .. } in self.bounds.iter().take(self.filled) {
             let column = x0.wrapping_sub(x).cast_unsigned();
             for row in *y0..*y1 {
-                let row = depths.row_from(column, row.wrapping_sub(y).cast_unsigned());
-                read |= row.first().map_or(0, |depth| depth.to_bits());
+                let depth = depths.pixel(column, row.wrapping_sub(y).cast_unsigned());
+                read |= depth.map_or(0, f32::to_bits);
             }
         }
         // Else nothing would be read at all.

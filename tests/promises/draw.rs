@@ -612,6 +612,32 @@ fn draw_lists_of_polygons_that_own_their_places() {
     }
 }
 
+/// Depths are read ahead there: of places beyond the target on all four sides, too.
+#[test]
+fn draw_lists_of_small_polygons_far_from_each_other() {
+    let polygon = |i: usize| -> Vec<Corner> {
+        let (x, y) = ((i % 37) as f64 / 18.0 - 1.0, 1.0 - (i % 13) as f64 / 100.0);
+        let (x, y) = (x * 0.97, if i.is_multiple_of(2) { y } else { -y } * 0.97);
+        let corners = [[-0.02, -0.015], [0.02, -0.02], [0.018, 0.02], [-0.02, 0.018]];
+        let z = 0.5 + (i % 5) as f64 * 0.01;
+        let corner = |[dx, dy]: [f64; 2]| Vertex::new([x + dx, y + dy, z, 1.0], [i as f32, 0.5]);
+        corners.map(corner)[..3 + i / 2 % 2].to_vec()
+    };
+    let polygons: Vec<_> = (0..400).map(polygon).collect();
+    let viewport = Viewport::new(-3, 7, 160, 340).expect("small");
+    for precision in [Precision::Fast, Precision::Exact] {
+        let mut tiler = Tiler::new(viewport);
+        tiler.set_origin(2, 11).set_precision(precision);
+        let expected = one_by_one(&mut tiler, &polygons);
+        let shaded = tiler.stats().pixels_shaded;
+        assert!(shaded > 2000, "{shaded}");
+        let mut frame = Frame::new(Tiler::new(viewport));
+        frame.settings().set_origin(2, 11).set_precision(precision);
+        assert!(in_a_list(&mut frame, &polygons) == expected);
+        assert_eq!(frame.stats().pixels_shaded, shaded);
+    }
+}
+
 /// Nothing to draw on, or nothing to draw.
 #[test]
 fn draw_lists_without_pixels_or_polygons() {

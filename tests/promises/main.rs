@@ -1,4 +1,5 @@
-//! The six promises of docs/design.md, each against an oracle that shares no code with what it judges.
+//! The promises of docs/design.md, against oracles that share no code with what they judge, or one way of drawing
+//! against another.
 //! `cargo test --test promises coverage` runs what begins so. One crate: what they draw with is compiled once.
 //!
 //! - P1, exact coverage: `clipping`, `coverage`, `exhaustive`, `patterns`, `soak`
