@@ -52,6 +52,11 @@ pub enum Error {
         /// Texels given.
         given: usize,
     },
+    /// There is no memory for what was asked for.
+    OutOfMemory {
+        /// Bytes that it needs.
+        bytes: usize,
+    },
     /// A camera's parameters span no view volume (equal sides, a field of view that is not
     /// between 0 and 180 degrees, a near plane behind the eye, a direction of length 0).
     Camera(&'static str),
@@ -87,6 +92,9 @@ impl fmt::Display for Error {
                 "a texture of {width} x {height} needs as many texels, at least one, \
                  and fewer than 2^31; {given} were given"
             ),
+            Self::OutOfMemory { bytes } => {
+                write!(f, "there is no memory for {bytes} bytes: draw the picture in parts")
+            }
             Self::Camera(why) => write!(f, "this camera sees nothing: {why}"),
         }
     }

@@ -65,6 +65,7 @@ pub mod edge;
 mod across;
 mod gradient;
 pub mod shade;
+pub mod aligned;
 mod lanes;
 mod settle;
 mod doubt;
@@ -88,6 +89,7 @@ pub mod tiler;
 pub mod draw;
 pub mod camera;
 
+pub use aligned::Aligned;
 pub use batch::{Batch, Mesh};
 pub use cull::{BoundingBox, BoundingSphere, Clusters, Hierarchy, Inclusion, ViewVolume};
 pub use depth::{Compare, DepthBounds, DepthSource, DepthTest};

@@ -5,10 +5,9 @@
 //! common (see [`prepared`](crate::prepared)); else each is looked at by itself. What is not plain,
 //! and polygons with short spans, go the walker's way: lane by lane.
 
-use alloc::vec::Vec;
-
 use fearless_simd::{Simd, SimdBase};
 
+use crate::aligned::LaneMemory;
 use crate::along::{
     AHEAD, MIDDLE, OnRow, always_near, least_for_depth, least_for_numerator, least_for_q,
     least_for_row,
@@ -126,7 +125,7 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
 
     /// Prepares the attributes for this row; says whether they can be.
     #[inline(always)]
-    pub(crate) fn prepare(&mut self, lanes: &mut Vec<[f32; BLOCK]>) -> bool {
+    pub(crate) fn prepare(&mut self, lanes: &mut LaneMemory) -> bool {
         if self.attributes == Attributes::Unknown {
             self.prepare_polygon(lanes);
         }
@@ -141,7 +140,7 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
     /// Prepares the attributes for the polygon, if they can be: once, and so out of line, where it is
     /// compiled for all shaders.
     #[inline(never)]
-    fn prepare_polygon(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
+    fn prepare_polygon(&mut self, lanes: &mut LaneMemory) {
         let simd = self.walker.simd;
         simd.vectorize(
             #[inline(always)]
@@ -149,7 +148,7 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
                 self.walker.need_attributes(lanes);
                 let gradients = &*self.walker.polygon.gradients;
                 self.attributes = if self.prepared.set(simd, gradients, self.short) {
-                    lanes.resize(AHEAD * self.attribute_count(), [0.0; BLOCK]);
+                    lanes.make_room(AHEAD * self.attribute_count());
                     Attributes::Elsewhere
                 } else {
                     Attributes::General
@@ -172,7 +171,7 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
 
     /// The attributes of a wide polygon, each by itself.
     #[inline(always)]
-    fn each_attribute(&mut self, span: Option<&Span>, mask: u16, lanes: &mut Vec<[f32; BLOCK]>) {
+    fn each_attribute(&mut self, span: Option<&Span>, mask: u16, lanes: &mut LaneMemory) {
         self.walker.need_attributes(lanes);
         let (simd, middle, v) = (self.walker.simd, self.middle(), self.walker.place.v);
         let gradients = &self.walker.polygon.gradients;
@@ -243,12 +242,7 @@ impl<S: Simd> Values for AlongSpans<'_, S> {
         self.walker.attribute_count()
     }
 
-    fn evaluate_attributes(
-        &mut self,
-        span: Option<&Span>,
-        mask: u16,
-        lanes: &mut Vec<[f32; BLOCK]>,
-    ) {
+    fn evaluate_attributes(&mut self, span: Option<&Span>, mask: u16, lanes: &mut LaneMemory) {
         let simd = self.walker.simd;
         simd.vectorize(
             #[inline(always)]

@@ -8,6 +8,7 @@ use alloc::vec::Vec;
 use fearless_simd::{Level, Simd, SimdBase, dispatch};
 
 use crate::across::{Carried, Corners, Row};
+use crate::aligned::LaneMemory;
 use crate::clip::{Clipped, Clipper, VertexArrays};
 use crate::divide::{ScreenVertex, divide};
 use crate::edge::Span;
@@ -83,9 +84,9 @@ impl<'a> Walked<'a> {
 
     /// Sets the attributes up, and fills in those that are constant.
     #[inline(never)]
-    pub(crate) fn set_attributes(&mut self, level: Level, lanes: &mut Vec<[f32; BLOCK]>) {
+    pub(crate) fn set_attributes(&mut self, level: Level, lanes: &mut LaneMemory) {
         dispatch!(level, simd => self.gradients.set_attributes(simd, self.subject));
-        lanes.resize(self.gradients.attributes.len(), [0.0; BLOCK]);
+        let lanes = lanes.make_room(self.gradients.attributes.len());
         for (lanes, field) in lanes.iter_mut().zip(&self.gradients.attributes) {
             if let Field::Constant(value) = field {
                 *lanes = [*value; BLOCK];

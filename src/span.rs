@@ -11,10 +11,9 @@
 //! the correctly rounded value, else exact arithmetic finds it. docs/precision.md, "The X loop",
 //! derives the bounds.
 
-use alloc::vec::Vec;
-
 use fearless_simd::{Simd, SimdBase};
 
+use crate::aligned::LaneMemory;
 use crate::edge::Span;
 use crate::gradient::frame::{Linear, U};
 use crate::gradient::{
@@ -171,12 +170,7 @@ pub(crate) trait Values {
 
     /// The values of all attributes, as [`evaluate`](Self::evaluate) does. They are set up for the
     /// polygon's first pixel, and those that are constant filled in.
-    fn evaluate_attributes(
-        &mut self,
-        span: Option<&Span>,
-        mask: u16,
-        lanes: &mut Vec<[f32; BLOCK]>,
-    );
+    fn evaluate_attributes(&mut self, span: Option<&Span>, mask: u16, lanes: &mut LaneMemory);
 }
 
 /// Finds the values of a polygon's quantities, block by block.
@@ -272,7 +266,7 @@ impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
 
     /// Sets the attributes up, if they have not been.
     #[inline(always)]
-    pub(crate) fn need_attributes(&mut self, lanes: &mut Vec<[f32; BLOCK]>) {
+    pub(crate) fn need_attributes(&mut self, lanes: &mut LaneMemory) {
         if !self.polygon.gradients.has_attributes {
             self.polygon.set_attributes(self.simd.level(), lanes);
         }
@@ -280,7 +274,7 @@ impl<'a, S: Simd, P: Place<S>> Walker<'a, S, P> {
 
     /// Sets the attributes up, if they have not been. Does any of them run across spans?
     #[inline(always)]
-    pub(crate) fn needs_spans(&mut self, lanes: &mut Vec<[f32; BLOCK]>) -> bool {
+    pub(crate) fn needs_spans(&mut self, lanes: &mut LaneMemory) -> bool {
         self.need_attributes(lanes);
         let fields = &self.polygon.gradients.attributes;
         fields.iter().any(|field| matches!(field, Field::Across(..)))
@@ -362,12 +356,7 @@ impl<S: Simd, P: Place<S>> Values for Walker<'_, S, P> {
     }
 
     #[inline(always)]
-    fn evaluate_attributes(
-        &mut self,
-        span: Option<&Span>,
-        mask: u16,
-        lanes: &mut Vec<[f32; BLOCK]>,
-    ) {
+    fn evaluate_attributes(&mut self, span: Option<&Span>, mask: u16, lanes: &mut LaneMemory) {
         self.need_attributes(lanes);
         let (simd, place) = (self.simd, self.place);
         let divides = self.polygon.gradients.divides;

@@ -66,19 +66,18 @@ impl Texture {
         mask: u16,
         out: &mut [[u8; 4]; BLOCK],
     ) {
-        let mut index = [0_u32; BLOCK];
-        if let Some((column_mask, row_mask, shift)) = self.masks {
-            self.find(u, v, &mut index, |column, row| {
+        let index = if let Some((column_mask, row_mask, shift)) = self.masks {
+            self.find(u, v, |column, row| {
                 (column.cast_unsigned() & column_mask) + ((row.cast_unsigned() & row_mask) << shift)
-            });
+            })
         } else {
             // Both sides are below 2^31.
             let (width, height) = (self.width.cast_signed(), self.height.cast_signed());
-            self.find(u, v, &mut index, |column, row| {
+            self.find(u, v, |column, row| {
                 let (column, row) = (column.rem_euclid(width), row.rem_euclid(height));
                 column.cast_unsigned().wrapping_add(row.cast_unsigned().wrapping_mul(self.width))
-            });
-        }
+            })
+        };
         // Lane by lane only where that is little: nothing predicts how many there are.
         if mask.count_ones() > FEW {
             look_up(&self.texels, &index, out);
@@ -98,9 +97,9 @@ impl Texture {
         &self,
         u: &[f32; BLOCK],
         v: &[f32; BLOCK],
-        index: &mut [u32; BLOCK],
         wrap: impl Fn(i32, i32) -> u32,
-    ) {
+    ) -> [u32; BLOCK] {
+        let mut index = [0; BLOCK];
         let [width, height] = self.scale;
         let mut usual = [false; BLOCK];
         for lane in 0..BLOCK {
@@ -114,6 +113,7 @@ impl Texture {
                 index[lane] = if let (Some(c), Some(r)) = both { wrap(c, r) } else { 0 };
             }
         }
+        index
     }
 }
 

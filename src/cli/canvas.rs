@@ -3,6 +3,7 @@
 
 use std::sync::Mutex;
 
+use hyperspan::Aligned;
 use hyperspan::depth::DepthBounds;
 use hyperspan::draw;
 use hyperspan::target::DepthBuffer;
@@ -18,9 +19,9 @@ use crate::shaders::plane;
 #[derive(Debug)]
 pub(crate) enum Values {
     /// Measures.
-    Floats(Vec<f32>),
+    Floats(Aligned<f32>),
     /// Numbers and counts.
-    Integers(Vec<u32>),
+    Integers(Aligned<u32>),
 }
 
 /// One kind of data, for all pixels of the crop.
@@ -80,10 +81,10 @@ pub(crate) struct Canvas {
     background: [u8; 4],
     clear_depth: f32,
     /// RGBA8, or nothing if no picture is wanted.
-    pub(crate) picture: Option<Vec<[u8; 4]>>,
+    pub(crate) picture: Option<Aligned<[u8; 4]>>,
     /// The depth buffer, or nothing if there is no test. It is the depth that is written to
     /// files too.
-    pub(crate) depth: Option<Vec<f32>>,
+    pub(crate) depth: Option<Aligned<f32>>,
     /// Of the depth buffer.
     bounds: DepthBounds,
     /// What [`Data`](crate::shaders::Data) fills.

@@ -1,15 +1,14 @@
 //! Memory for pictures, asked for before it is used: a target that does not fit is an error
 //! with advice and not the end of the process.
 
+use hyperspan::Aligned;
+
 use crate::failure::Failure;
 
 /// `count` elements of `value`.
-pub(crate) fn filled<T: Clone>(count: usize, value: T) -> Result<Vec<T>, Failure> {
-    let mut all = Vec::new();
+pub(crate) fn filled<T: Copy>(count: usize, value: T) -> Result<Aligned<T>, Failure> {
     let bytes = count.saturating_mul(size_of::<T>());
-    all.try_reserve_exact(count).map_err(|_| too_large(bytes as u64))?;
-    all.resize(count, value);
-    Ok(all)
+    Aligned::filled(value, count).map_err(|_| too_large(bytes as u64))
 }
 
 /// Is there room for `bytes` more? A system that promises memory which it does not have (and

@@ -10,12 +10,12 @@ pub(crate) mod small;
 mod small_strict;
 mod spans;
 
-use alloc::vec::Vec;
 use core::ops::Range;
 
 use fearless_simd::{Level, Simd, SimdBase, dispatch};
 
 use self::part::store_lanes;
+use crate::aligned::LaneMemory;
 use crate::depth::{Compare, DepthSource, DepthTest};
 use crate::edge::Span;
 use crate::gradient::Quantity;
@@ -58,7 +58,7 @@ pub(crate) fn paint<S: Shader, T: Target<Pixel = S::Pixel>>(
     walked: Walked<'_>,
     covered: Covered<'_>,
     place: Placement,
-    attributes: &mut Vec<[f32; BLOCK]>,
+    attributes: &mut LaneMemory,
     shader: &mut S,
     target: &mut T,
     depth: Option<&mut DepthBuffer<'_>>,
@@ -182,7 +182,7 @@ struct Lanes<'a> {
     inv_w: [f32; BLOCK],
     w: [f32; BLOCK],
     /// Of one block, or of some, one after the other.
-    attributes: &'a mut Vec<[f32; BLOCK]>,
+    attributes: &'a mut LaneMemory,
 }
 
 impl Lanes<'_> {

@@ -1,12 +1,11 @@
 //! Small polygons in view, from their set-up to the target: what is usual goes straight through,
 //! without a field for each quantity. The bits are those of [`Walker`](crate::span::Walker).
 
-use alloc::vec::Vec;
-
 use fearless_simd::{Simd, SimdBase, SimdMask};
 
 use super::Placement;
 use super::small_strict::find_strict;
+use crate::aligned::LaneMemory;
 use crate::depth::{Compare, DepthSource, DepthTest};
 use crate::gradient::nearest_f32;
 use crate::gradient::small::{SmallField, SmallSetups};
@@ -42,14 +41,14 @@ impl Small<'_> {
         self.setups.count() + 2
     }
 
-    /// Makes room for those of all patches, and returns the stride.
+    /// Room for those of all patches, and the stride.
     #[inline(always)]
-    pub(super) fn make_room(&self, lanes: &mut Vec<[f32; BLOCK]>) -> usize {
+    pub(super) fn make_room<'a>(
+        &self,
+        lanes: &'a mut LaneMemory,
+    ) -> (&'a mut [[f32; BLOCK]], usize) {
         let stride = self.stride();
-        if lanes.len() < MOST * stride {
-            lanes.resize(MOST * stride, [0.0; BLOCK]);
-        }
-        stride
+        (lanes.make_room(MOST * stride), stride)
     }
 }
 
@@ -64,7 +63,7 @@ static UNREAD: [f32; BLOCK] = [0.0; BLOCK];
 pub(crate) fn paint<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
     simd: L,
     small: Small<'_>,
-    lanes: &mut Vec<[f32; BLOCK]>,
+    lanes: &mut LaneMemory,
     shader: &mut S,
     target: &mut T,
     mut depth: Option<&mut DepthBuffer<'_>>,
@@ -94,7 +93,7 @@ pub(crate) fn paint<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
 fn paint_small<const LANES: usize, L: Simd, S, T>(
     simd: L,
     small: &Small<'_>,
-    lanes: &mut Vec<[f32; BLOCK]>,
+    lanes: &mut LaneMemory,
     shader: &mut S,
     target: &mut T,
     mut depth: Option<&mut DepthBuffer<'_>>,
@@ -107,7 +106,7 @@ where
     let (patches, triangle) = (&found.patches, *triangle);
     let anchor = small.anchor();
     let n = setups.count();
-    let stride = small.make_room(lanes);
+    let (lanes, stride) = small.make_room(lanes);
     let is_one = LANES <= BLOCK;
     let count = if is_one { 1 } else { patches.count() };
     let first = match LANES {
@@ -303,7 +302,7 @@ fn test_each(
 #[inline(always)]
 fn paint_pixel<S, T>(
     small: &Small<'_>,
-    lanes: &mut Vec<[f32; BLOCK]>,
+    lanes: &mut LaneMemory,
     shader: &mut S,
     target: &mut T,
     mut depth: Option<&mut DepthBuffer<'_>>,
@@ -315,10 +314,7 @@ where
     let Small { found, setups, lane: triangle, place, .. } = small;
     let triangle = *triangle;
     let n = setups.count();
-    if lanes.len() < n + 1 {
-        lanes.resize(n + 1, [0.0; BLOCK]);
-    }
-    let [depths, attributes @ ..] = lanes.as_mut_slice() else { return None };
+    let [depths, attributes @ ..] = lanes.make_room(n + 1) else { return None };
     let patch = found.patches.patch(0);
     let [x, y] = patch.place(0, place.origin);
     if depth.is_some() || S::INPUTS.depth {

@@ -1,11 +1,10 @@
 //! Small polygons in view, in `Exact`: from their set-up to depths and attributes, each shown to be rounded
 //! right. It depends on neither shader nor target, and is compiled once.
 
-use alloc::vec::Vec;
-
 use fearless_simd::{Simd, SimdBase};
 
 use super::small::{Small, test_pixels};
+use crate::aligned::LaneMemory;
 use crate::gradient::small::SmallField;
 use crate::gradient::small_strict::ErrorBound;
 use crate::lanes::{Narrow, Wide};
@@ -20,7 +19,7 @@ use crate::target::DepthBuffer;
 pub(super) fn find_strict<L: Simd>(
     simd: L,
     small: &Small<'_>,
-    lanes: &mut Vec<[f32; BLOCK]>,
+    lanes: &mut LaneMemory,
     needs_depth: bool,
     depth: Option<&mut DepthBuffer<'_>>,
 ) -> Option<[u16; MOST]> {
@@ -39,7 +38,7 @@ pub(super) fn find_strict<L: Simd>(
 fn find_lanes<const LANES: usize, L: Simd>(
     simd: L,
     small: &Small<'_>,
-    lanes: &mut Vec<[f32; BLOCK]>,
+    lanes: &mut LaneMemory,
     needs_depth: bool,
     mut depth: Option<&mut DepthBuffer<'_>>,
 ) -> Option<[u16; MOST]> {
@@ -47,7 +46,7 @@ fn find_lanes<const LANES: usize, L: Simd>(
     let (patches, triangle) = (&found.patches, *triangle);
     let anchor = small.anchor();
     let n = setups.count();
-    let stride = small.make_room(lanes);
+    let (lanes, stride) = small.make_room(lanes);
     let mut masks = [0; MOST];
 
     // 1. Depth.

@@ -4,7 +4,7 @@ use core::ops::Range;
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::{BlockAt, Canvas, passing_lanes, quantity_of};
+use super::{BlockAt, Brush, Canvas, passing_lanes, quantity_of};
 use crate::along::AHEAD;
 use crate::depth::DepthSource;
 use crate::edge::Span;
@@ -168,10 +168,14 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                     let good =
                         prepared.find_some(simd, count, middle, masks, attributes, &mut undecided);
                     some = some.min(good);
-                    for i in 0..some {
-                        if undecided[i % AHEAD] & masks[i] != 0 {
-                            let lanes = &mut attributes[i * count..(i + 1) * count];
-                            walker.decide_attributes((done + i) as i32, row.span, masks[i], lanes);
+                    // Most are: one look at all of them.
+                    if undecided != [0; AHEAD] {
+                        for i in 0..some {
+                            if undecided[i % AHEAD] & masks[i] != 0 {
+                                let blocks = (done + i) as i32;
+                                let lanes = &mut attributes[i * count..(i + 1) * count];
+                                walker.decide_attributes(blocks, row.span, masks[i], lanes);
+                            }
                         }
                     }
                 }
@@ -184,18 +188,19 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                     {
                         stored.copy_from_slice(&found);
                     }
+                    let Brush { lanes, shader, .. } = &mut self.brush;
+                    let all: &[_] = lanes.attributes;
                     for (i, pixels) in pixels.iter_mut().enumerate() {
                         match test.source {
-                            DepthSource::Z if reads_z => self.brush.lanes.depth = found[i],
-                            DepthSource::InvW if reads_inv_w => self.brush.lanes.inv_w = found[i],
+                            DepthSource::Z if reads_z => lanes.depth = found[i],
+                            DepthSource::InvW if reads_inv_w => lanes.inv_w = found[i],
                             _ => {}
                         }
                         let first = [row.column_at(first_block + (done + i) as i32), row.first[1]];
                         let mask = u16::MAX;
                         let block = BlockAt { first, columns: 16, span: Some(row.span), mask };
-                        let attributes =
-                            &self.brush.lanes.attributes[i * stride..i * stride + count];
-                        self.brush.shader.shade(&self.brush.lanes.block(block, attributes), pixels);
+                        let attributes = &all[i * stride..i * stride + count];
+                        shader.shade(&lanes.block(block, attributes), pixels);
                     }
                     done += some;
                     middle += (some * BLOCK) as f64;

@@ -4,6 +4,7 @@ use alloc::vec::Vec;
 
 use fearless_simd::{Level, dispatch};
 
+use crate::aligned::LaneMemory;
 use crate::clip::{Clipper, VertexArrays};
 use crate::depth::{DepthSource, DepthTest};
 use crate::divide::ScreenVertex;
@@ -14,7 +15,7 @@ use crate::paint::{Covered, Placement, paint};
 use crate::placed::Constants;
 use crate::polygon::Polygon;
 use crate::settle::Walked;
-use crate::shade::{BLOCK, Shader};
+use crate::shade::Shader;
 use crate::simd::Simd;
 use crate::space::{PixelRect, Viewport};
 pub use crate::stats::Outcome;
@@ -77,7 +78,7 @@ struct Scratch {
     gradients: Gradients,
     /// Are the gradients those of what was taken?
     is_set_up: bool,
-    attributes: Vec<[f32; BLOCK]>,
+    attributes: LaneMemory,
 }
 
 impl Tiler {
@@ -338,7 +339,7 @@ impl Scratch {
             + self.outline.bytes()
             + (self.spans.capacity() + self.spare_spans.capacity()) * size_of::<Span>()
             + self.gradients.bytes()
-            + self.attributes.capacity() * size_of::<[f32; BLOCK]>()
+            + self.attributes.bytes()
     }
 }
 

@@ -3,6 +3,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use hyperspan::Aligned;
 use hyperspan::target::Plane;
 use hyperspan::texture::Texture;
 
@@ -65,9 +66,9 @@ pub(crate) struct Measured {
 /// What is drawn on.
 pub(crate) struct Easel {
     size: [u32; 2],
-    bits: Vec<u32>,
-    colours: Vec<[u8; 4]>,
-    depths: Vec<f32>,
+    bits: Aligned<u32>,
+    colours: Aligned<[u8; 4]>,
+    depths: Aligned<f32>,
     texture: Texture,
     yardstick: Yardstick,
 }
@@ -83,11 +84,11 @@ impl Easel {
             (0..texels).map(|_| (random.bits() as u32).to_le_bytes()).collect();
         Ok(Self {
             size,
-            bits: vec![0; area],
-            colours: vec![[0; 4]; area],
-            depths: vec![1.0; area],
+            bits: Aligned::filled(0, area)?,
+            colours: Aligned::filled([0; 4], area)?,
+            depths: Aligned::filled(1.0, area)?,
             texture: Texture::new(TEXTURE_SIDE, TEXTURE_SIDE, &texels)?,
-            yardstick: Yardstick::new(machine.level, size),
+            yardstick: Yardstick::new(machine.level, size)?,
         })
     }
 

@@ -1,9 +1,11 @@
 //! What the machine can do, for ratios: an idealised loop, and filling memory.
 
 use fearless_simd::{Level, Simd, SimdBase, SimdFloat, dispatch, f32x16};
+use hyperspan::Aligned;
 use hyperspan::shade::BLOCK;
 
 use super::rungs::COUNT_F32;
+use crate::failure::Failure;
 
 /// Two attributes with perspective in `f32`, start + k * step along whole rows: spans, gradients
 /// and promises cost nothing. Their bits are stored together, as the rungs' are.
@@ -11,14 +13,14 @@ use super::rungs::COUNT_F32;
 pub(crate) struct Yardstick {
     level: Level,
     size: [usize; 2],
-    pixels: Vec<u32>,
+    pixels: Aligned<u32>,
 }
 
 impl Yardstick {
     /// A picture of `size`.
-    pub(crate) fn new(level: Level, size: [u32; 2]) -> Self {
+    pub(crate) fn new(level: Level, size: [u32; 2]) -> Result<Self, Failure> {
         let size = size.map(|side| side as usize);
-        Self { level, size, pixels: vec![0; size[0] * size[1]] }
+        Ok(Self { level, size, pixels: Aligned::filled(0, size[0] * size[1])? })
     }
 
     /// Pixels that it draws.

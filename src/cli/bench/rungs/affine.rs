@@ -186,7 +186,7 @@ impl<const PERIOD: i32> Rung for AffineEvery<PERIOD> {
         if PERIOD == 8 {
             let count = f32x16::from_slice(simd, &COUNT_TWICE);
             let next = one_over_length::<PERIOD>(segment + 1, last);
-            for (knots, out) in self.knots.values.iter().zip(out) {
+            for (knots, out) in self.knots.values().iter().zip(out) {
                 let [a, b, c] = [knots[at], knots[at + 1], knots[at + 2]];
                 let start = f32x8::splat(simd, a).combine(f32x8::splat(simd, b));
                 let step = f32x8::splat(simd, (b - a) * per_pixel)
@@ -196,7 +196,7 @@ impl<const PERIOD: i32> Rung for AffineEvery<PERIOD> {
         } else {
             let offset = f32x16::splat(simd, (first - from) as f32);
             let count = f32x16::from_slice(simd, &COUNT_F32) + offset;
-            for (knots, out) in self.knots.values.iter().zip(out) {
+            for (knots, out) in self.knots.values().iter().zip(out) {
                 let (a, b) = (knots[at], knots[at + 1]);
                 let step = f32x16::splat(simd, (b - a) * per_pixel);
                 (f32x16::splat(simd, a) + count * step).store_slice(out);

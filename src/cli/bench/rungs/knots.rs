@@ -5,14 +5,14 @@ use fearless_simd::{Simd, SimdBase, f32x16};
 use hyperspan::edge::Span;
 use hyperspan::shade::BLOCK;
 
-use super::lanes::{Wide, clamp};
+use super::lanes::{LaneArrays, Wide, clamp};
 use super::prepare::Prepared;
 
 /// Values at the ends of segments of a span.
 #[derive(Debug, Default)]
 pub(crate) struct Knots {
-    /// For each attribute.
-    pub(crate) values: Vec<[f32; BLOCK]>,
+    lanes: LaneArrays,
+    count: usize,
     /// The segment of the first knot; below 0 if there are none yet.
     segment: i32,
     /// Row, first column, and the one after the last.
@@ -22,8 +22,13 @@ pub(crate) struct Knots {
 impl Knots {
     /// As many attributes as `prepared` has.
     pub(crate) fn begin_polygon(&mut self, prepared: &Prepared) {
-        self.values.clear();
-        self.values.resize(prepared.ranges.len(), [0.0; BLOCK]);
+        self.count = prepared.ranges.len();
+    }
+
+    /// For each attribute.
+    #[inline(always)]
+    pub(crate) fn values(&self) -> &[[f32; BLOCK]] {
+        &self.lanes.0[..self.count]
     }
 
     /// No knots of it are known yet.
@@ -61,7 +66,7 @@ impl Knots {
         let q = Wide::splat(simd, q.row(v)) + Wide::splat(simd, q.x) * us;
         let w = f32x16::splat(simd, 1.0) / q.narrow();
         let functions = prepared.over_w.iter().zip(&prepared.ranges);
-        for ((n, range), values) in functions.zip(&mut self.values) {
+        for ((n, range), values) in functions.zip(&mut self.lanes.0) {
             let n = Wide::splat(simd, n.row(v)) + Wide::splat(simd, n.x) * us;
             clamp(simd, n.narrow() * w, *range).store_slice(values);
         }

@@ -8,6 +8,8 @@ use std::ops::{Add, Div, Mul};
 use fearless_simd::{Simd, SimdBase, SimdNarrow, f32x16, f64x8};
 use hyperspan::shade::BLOCK;
 
+use crate::bench::scenes::MOST_ATTRIBUTES;
+
 /// 0, 1, ... 15.
 pub(crate) const COUNT: [f64; BLOCK] =
     [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
@@ -15,6 +17,11 @@ pub(crate) const COUNT: [f64; BLOCK] =
 /// The same in `f32`.
 pub(crate) const COUNT_F32: [f32; BLOCK] =
     [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
+
+/// 16 lanes of each attribute, each on a line of the cache, as the product's are.
+#[derive(Debug, Default)]
+#[repr(C, align(64))]
+pub(crate) struct LaneArrays(pub(crate) [[f32; BLOCK]; MOST_ATTRIBUTES]);
 
 /// 16 lanes of `f64`.
 #[derive(Clone, Copy, Debug)]

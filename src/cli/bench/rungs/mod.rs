@@ -17,7 +17,7 @@ mod walk;
 
 use clap::ValueEnum;
 use fearless_simd::Level;
-use hyperspan::shade::{BLOCK, Shader};
+use hyperspan::shade::Shader;
 use hyperspan::target::{DepthBuffer, Target};
 use hyperspan::tiler::Precision;
 
@@ -26,6 +26,7 @@ use super::scenes::{Facet, Picture};
 use affine::{AffineEvery, AffinePolygon, AffineSpan};
 use inverse::Inverse;
 pub(crate) use lanes::COUNT_F32;
+use lanes::LaneArrays;
 pub(crate) use prepare::Prepared;
 use product::Product;
 use quadratic::Quadratic;
@@ -92,7 +93,7 @@ impl RungName {
 pub(crate) struct Rungs {
     level: Level,
     prepared: Prepared,
-    lanes: Vec<[f32; BLOCK]>,
+    lanes: LaneArrays,
     product: Product,
     affine_polygon: AffinePolygon,
     affine_span: AffineSpan,
@@ -111,7 +112,7 @@ impl Rungs {
         Self {
             level: machine.level,
             prepared: Prepared::new(picture.viewport),
-            lanes: Vec::new(),
+            lanes: LaneArrays::default(),
             product: Product::new(picture.viewport, machine.simd),
             affine_polygon: AffinePolygon::default(),
             affine_span: AffineSpan::default(),
@@ -161,7 +162,7 @@ impl Rungs {
 struct Loop<'a> {
     level: Level,
     prepared: &'a mut Prepared,
-    lanes: &'a mut Vec<[f32; BLOCK]>,
+    lanes: &'a mut LaneArrays,
     facet: &'a Facet,
     stride: usize,
 }
@@ -180,8 +181,8 @@ impl Loop<'_> {
         if prepared.spans.is_empty() {
             return;
         }
-        lanes.resize(wanted, [0.0; BLOCK]);
         rung.begin_polygon(prepared, facet);
+        let lanes = &mut lanes.0[..wanted];
         paint(level, rung, prepared, lanes, shader, target, depth);
     }
 }

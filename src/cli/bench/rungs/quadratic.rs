@@ -64,7 +64,7 @@ impl Rung for Quadratic {
         let length = (self.knots.last_pixel() - first).clamp(1, PERIOD);
         let count = f32x16::from_slice(simd, &COUNT_F32);
         let part = count * f32x16::splat(simd, 1.0 / length as f32);
-        let knots = self.knots.values.iter().zip(&prepared.ranges);
+        let knots = self.knots.values().iter().zip(&prepared.ranges);
         for ((knots, range), out) in knots.zip(out) {
             let [a, b, c] = [knots[at], knots[at + 1], knots[at + 2]];
             // From the differences: they are exact where the values are near each other.
