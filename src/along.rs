@@ -10,7 +10,7 @@
 use fearless_simd::{Simd, SimdBase, SimdNarrow, SimdWiden, f64x4};
 
 use crate::gradient::frame::Linear;
-use crate::gradient::{Plain, nearest_f32};
+use crate::gradient::{Plain, contains_zero, nearest_f32};
 use crate::lanes::{Narrow, Wide};
 
 /// The lane in the middle: no lane is farther from it.
@@ -163,6 +163,23 @@ pub(crate) fn least_for_row(plain: &Plain) -> f64 {
 pub(crate) fn always_near(plain: &Plain) -> bool {
     64.0 * plain.numerator.x.abs() <= magnitude(plain)
 }
+
+/// The magnitude of an attribute's N in a block's middle up to which some of the block's lanes may be so
+/// small, being `step` from each other, that `f32` would be too coarse for them, and each is found in
+/// `f64`; [`NEVER_NEAR_ZERO`] if the attribute keeps away from 0.
+#[inline(always)]
+pub(crate) fn near_zero_up_to(plain: &Plain, step: f64) -> f64 {
+    if contains_zero(plain.range) { near_zero_of(step) } else { NEVER_NEAR_ZERO }
+}
+
+/// The same of one that comes to 0.
+#[inline(always)]
+pub(crate) fn near_zero_of(step: f64) -> f64 {
+    2.0 * MIDDLE * step.abs()
+}
+
+/// No magnitude is so small.
+pub(crate) const NEVER_NEAR_ZERO: f64 = -1.0;
 
 /// The least magnitude of depth in a block's middle, for which its lanes are near each
 /// other and none is in doubt.

@@ -5,11 +5,11 @@
 //! (see [`doubt`](crate::doubt)): the same operations on the same numbers as where each block is
 //! looked at by itself, or another way to values that are correctly rounded in either.
 
-use fearless_simd::{Simd, SimdBase, SimdMask, f64x4, mask32x16};
+use fearless_simd::{Simd, SimdBase, SimdMask, f64x4, mask32x16, mask64x4};
 
 use crate::along::{
-    AHEAD, MIDDLE, Middles, OnRow, always_near, least_for_numerator, least_for_q, least_for_row,
-    middles_from, off_middle,
+    AHEAD, MIDDLE, Middles, NEVER_NEAR_ZERO, OnRow, always_near, least_for_numerator, least_for_q,
+    least_for_row, middles_from, near_zero_of, near_zero_up_to, off_middle,
 };
 use crate::doubt::{Doubt, LARGEST_Q};
 use crate::gradient::frame::Linear;
@@ -81,6 +81,10 @@ pub(crate) struct Prepared<S: Simd> {
     /// or what Q must be at all for strict attributes.
     least: [f64; FUNCTIONS],
     least_q: f64,
+    /// Up to which magnitude in a block's middle an attribute's numerator does not go by the block.
+    near_zero: [f64; FUNCTIONS],
+    /// Is there such a magnitude for any?
+    meets_zero: bool,
     /// Are the polygon's spans short? Then each lane is found by itself.
     short: bool,
     /// Are all constant? They were filled in.
@@ -107,6 +111,8 @@ impl<S: Simd> Prepared<S> {
             high: zeros,
             least: [0.0; FUNCTIONS],
             least_q: 0.0,
+            near_zero: [NEVER_NEAR_ZERO; FUNCTIONS],
+            meets_zero: false,
             short: false,
             filled: false,
             strict: false,
@@ -159,7 +165,7 @@ impl<S: Simd> Prepared<S> {
                 // It is clamped to its value.
                 Field::Constant(value) if !value.is_nan() && value.to_bits() != NEGATIVE_ZERO => {
                     (self.bases[i], self.doubts[i]) = (0.0, Doubt::default());
-                    self.least[i] = f64::NEG_INFINITY;
+                    (self.least[i], self.near_zero[i]) = (f64::NEG_INFINITY, NEVER_NEAR_ZERO);
                     self.set_function(simd, i, Linear::default(), [*value; 2]);
                     true
                 }
@@ -181,7 +187,8 @@ impl<S: Simd> Prepared<S> {
             Divided::ByRow => least_for_row(plain),
             Divided::ByLane => least_for_numerator(plain, q_step),
         };
-        self.least[i] = least;
+        (self.least[i], self.near_zero[i]) = (least, near_zero_up_to(plain, plain.numerator.x));
+        self.meets_zero |= self.near_zero[i] != NEVER_NEAR_ZERO;
         self.least_q = if least > self.least_q { least } else { self.least_q };
     }
 
@@ -236,6 +243,9 @@ impl<S: Simd> Prepared<S> {
             let on_row = OnRow { start: self.starts[i], step: self.functions.x[i] };
             let on_row = on_row.times(self.r);
             (self.starts[i], self.steps[i]) = (on_row.start, on_row.step);
+            if self.near_zero[i] != NEVER_NEAR_ZERO {
+                self.near_zero[i] = near_zero_of(on_row.step);
+            }
             self.off_middle[i] = off_middle(simd, on_row.step);
         }
     }
@@ -279,7 +289,64 @@ impl<S: Simd> Prepared<S> {
                 clamp_numbers(at(i) * r, self.low[i], self.high[i]).store_array(lanes);
             }
         }
+        if self.meets_zero {
+            let mut any = mask64x4::splat(simd, false);
+            for i in 1..=count.min(FUNCTIONS - 1) {
+                any |= self.are_near_zero(simd, i, middle);
+            }
+            if any.any_true() {
+                self.find_near_zero(simd, count, middle, masks, lanes);
+            }
+        }
         good.to_bitmask().trailing_ones() as usize
+    }
+
+    /// Finds those anew that do not go by their block because they are near 0.
+    #[inline(never)]
+    fn find_near_zero(
+        &self,
+        simd: S,
+        count: usize,
+        middle: f64,
+        masks: &[u16],
+        lanes: &mut [[f32; BLOCK]],
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for i in 1..=count.min(FUNCTIONS - 1) {
+                    let mut left = self.are_near_zero(simd, i, middle).to_bitmask();
+                    while left != 0 {
+                        let block = left.trailing_zeros() as usize;
+                        left &= left - 1;
+                        let Some(lanes) = lanes.get_mut(block * count + i - 1) else { break };
+                        if masks.get(block).is_none_or(|mask| *mask == 0) {
+                            continue;
+                        }
+                        let middle = middle + (block * BLOCK) as f64;
+                        let mut r = Narrow::splat(simd, 1.0);
+                        if self.divided == Divided::ByLane {
+                            r /= self.on_row(0).near(simd, middle, self.off_middle[0]);
+                        }
+                        let value = self.on_row(i).wide(simd, middle).narrow() * r;
+                        clamp_numbers(value, self.low[i], self.high[i]).store_array(lanes);
+                    }
+                }
+            },
+        );
+    }
+
+    /// See [`near_zero_up_to`]: is function `i` so small in the block around `middle` and the next ones?
+    #[inline(always)]
+    fn are_near_zero(&self, simd: S, i: usize, middle: f64) -> mask64x4<S> {
+        let values = self.on_row(i).at_all(simd, middles_from(simd, middle));
+        values.abs().simd_le(f64x4::splat(simd, self.near_zero[i]))
+    }
+
+    /// The same of one block.
+    #[inline(always)]
+    fn is_near_zero(&self, i: usize, middle: f64) -> bool {
+        self.on_row(i).at(middle).abs() <= self.near_zero[i]
     }
 
     /// The same of one block, and those of its lanes in `mask` that are undecided; nothing if it is
@@ -327,7 +394,13 @@ impl<S: Simd> Prepared<S> {
     #[inline(always)]
     fn find_by_block(&self, simd: S, count: usize, middle: f64, lanes: &mut [[f32; BLOCK]]) {
         let q = self.on_row(0).at(middle);
-        if q < self.least_q {
+        let mut apart = q < self.least_q;
+        if self.meets_zero {
+            for i in 1..=count.min(FUNCTIONS - 1) {
+                apart |= self.is_near_zero(i, middle);
+            }
+        }
+        if apart {
             return self.find_each(simd, count, middle, q, lanes);
         }
         let four = four_of(simd, &self.starts, &self.steps, middle, 0);
@@ -372,7 +445,7 @@ impl<S: Simd> Prepared<S> {
     #[inline(always)]
     fn lanes_of(&self, simd: S, i: usize, middle: f64, q: f64) -> Narrow<S> {
         let on_row = self.on_row(i);
-        if q < self.least[i] {
+        if q < self.least[i] || self.is_near_zero(i, middle) {
             on_row.wide(simd, middle).narrow()
         } else {
             on_row.near(simd, middle, self.off_middle[i])

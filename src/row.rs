@@ -10,7 +10,7 @@ use fearless_simd::{Simd, SimdBase};
 use crate::aligned::LaneMemory;
 use crate::along::{
     AHEAD, MIDDLE, OnRow, always_near, least_for_depth, least_for_numerator, least_for_q,
-    least_for_row,
+    least_for_row, near_zero_up_to,
 };
 use crate::edge::Span;
 use crate::gradient::{Field, Plain, Quantity};
@@ -191,13 +191,16 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
                 continue;
             };
             let on_row = OnRow::of(&plain.numerator, v);
-            let value = if !plain.over_w {
-                on_row.lanes(simd, middle, always_near(plain))
+            let (on_row, near) = if !plain.over_w {
+                (on_row, always_near(plain))
             } else if by_row {
-                on_row.times(1.0 / q).lanes(simd, middle, q >= least_for_row(plain))
+                (on_row.times(1.0 / q), q >= least_for_row(plain))
             } else {
-                on_row.lanes(simd, middle, q >= least_for_numerator(plain, q_step)) * r
+                (on_row, q >= least_for_numerator(plain, q_step))
             };
+            let near = near && on_row.at(middle).abs() > near_zero_up_to(plain, on_row.step);
+            let value = on_row.lanes(simd, middle, near);
+            let value = if plain.over_w && !by_row { value * r } else { value };
             clamped(simd, value, plain.range).store_array(out);
         }
         if others {

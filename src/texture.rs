@@ -12,7 +12,7 @@ pub struct Texture {
     height: u32,
     /// The same, to multiply by.
     scale: [f32; 2],
-    /// If both are powers of two: a column's bits, a row's, and how far a row is shifted.
+    /// If both are powers of two and not above [`LARGEST`]: a column's bits, a row's, and how far a row is shifted.
     masks: Option<(u32, u32, u32)>,
     /// Row 0 is v = 0, the lowest of the picture.
     texels: Vec<[u8; 4]>,
@@ -36,7 +36,8 @@ impl Texture {
         let texels = rows.rchunks_exact(width as usize).flatten().copied().collect();
         #[expect(clippy::cast_precision_loss, reason = "the products are defined in f32")]
         let scale = [width as f32, height as f32];
-        let masks = (width.is_power_of_two() && height.is_power_of_two())
+        let usual = |side: u32| side.is_power_of_two() && side <= LARGEST;
+        let masks = (usual(width) && usual(height))
             .then(|| (width - 1, height - 1, width.trailing_zeros()));
         Ok(Self { width, height, scale, masks, texels })
     }
@@ -67,14 +68,14 @@ impl Texture {
         out: &mut [[u8; 4]; BLOCK],
     ) {
         let index = if let Some((column_mask, row_mask, shift)) = self.masks {
-            self.find(u, v, |column, row| {
-                (column.cast_unsigned() & column_mask) + ((row.cast_unsigned() & row_mask) << shift)
-            })
+            // They go into `LARGEST`.
+            self.find(u, v, |column, row| (column & column_mask) + ((row & row_mask) << shift))
         } else {
             // Both sides are below 2^31.
             let (width, height) = (self.width.cast_signed(), self.height.cast_signed());
             self.find(u, v, |column, row| {
-                let (column, row) = (column.rem_euclid(width), row.rem_euclid(height));
+                let of = |floor: u32| floor.wrapping_sub(LARGEST).cast_signed();
+                let (column, row) = (of(column).rem_euclid(width), of(row).rem_euclid(height));
                 column.cast_unsigned().wrapping_add(row.cast_unsigned().wrapping_mul(self.width))
             })
         };
@@ -91,26 +92,28 @@ impl Texture {
         }
     }
 
-    /// The number of each lane's texel, where `wrap` makes it of column and row.
+    /// The number of each lane's texel, where `wrap` makes it of column and row, both too large by
+    /// [`LARGEST`].
     #[inline(always)]
     fn find(
         &self,
         u: &[f32; BLOCK],
         v: &[f32; BLOCK],
-        wrap: impl Fn(i32, i32) -> u32,
+        wrap: impl Fn(u32, u32) -> u32,
     ) -> [u32; BLOCK] {
         let mut index = [0; BLOCK];
         let [width, height] = self.scale;
-        let mut usual = [false; BLOCK];
+        let mut sums = 0;
         for lane in 0..BLOCK {
             let (column, row) = (Floor::of(u[lane] * width), Floor::of(v[lane] * height));
-            usual[lane] = column.usual & row.usual;
+            sums |= column.sum | row.sum;
             index[lane] = wrap(column.floor, row.floor);
         }
-        if usual != [true; BLOCK] {
+        if sums >= 2 * LARGEST {
+            let of = |floor: i32| floor.cast_unsigned().wrapping_add(LARGEST);
             for lane in 0..BLOCK {
                 let both = (floor(u[lane] * width), floor(v[lane] * height));
-                index[lane] = if let (Some(c), Some(r)) = both { wrap(c, r) } else { 0 };
+                index[lane] = if let (Some(c), Some(r)) = both { wrap(of(c), of(r)) } else { 0 };
             }
         }
         index
@@ -125,26 +128,26 @@ const FEW: u32 = 3;
 /// vectors do not.
 const WHOLE: f32 = 12_582_912.0;
 
-/// 2^22.
-const LARGEST: f32 = 4_194_304.0;
+/// 2^22, up to which that is so.
+const LARGEST: u32 = 1 << 22;
 
 /// The floor of a number that a sum with [`WHOLE`] holds.
 struct Floor {
-    floor: i32,
-    /// Does the sum hold it?
-    usual: bool,
+    /// The nearest whole number and [`LARGEST`]: from 0 to twice that, if the sum holds the number.
+    sum: u32,
+    /// Too large by the same, so that no sign is in the way.
+    floor: u32,
 }
 
 impl Floor {
     #[inline(always)]
     fn of(product: f32) -> Self {
         let sum = product + WHOLE;
-        let nearest = sum.to_bits().wrapping_sub(WHOLE.to_bits()).cast_signed();
         // The sign of what it is too large by: a comparison would be a mask, and take a way round.
         // Summed in this order, of a product of -0 it is +0.
         let above = ((WHOLE - sum) + product).to_bits().cast_signed() >> 31;
-        let floor = nearest.wrapping_add(above);
-        Self { floor, usual: product.abs() < LARGEST }
+        let sum = sum.to_bits().wrapping_sub(WHOLE.to_bits() - LARGEST);
+        Self { sum, floor: sum.wrapping_add_signed(above) }
     }
 }
 
@@ -194,6 +197,29 @@ mod tests {
         assert_eq!(texture.nearest(f32::NAN, 0.6), [3; 4]);
         assert_eq!(texture.nearest(1.0, f32::INFINITY), [3; 4]);
         assert_eq!(texture.nearest(7.5, 5.5), [1; 4]);
+    }
+
+    /// Where a sum does not hold the product any more, and around whole numbers.
+    #[test]
+    fn texture_lookups_floor_at_every_size() {
+        for (width, height) in [(8_u8, 4_u8), (6, 5)] {
+            let rows: Vec<[u8; 4]> = (0..height)
+                .flat_map(|row| (0..width).map(move |column| [column, height - 1 - row, 0, 0]))
+                .collect();
+            let texture = Texture::new(width.into(), height.into(), &rows).expect("small");
+            let sides = [4_194_303.0, 4_194_304.0, 4_194_305.0, 8_388_608.0, 1e9, 3.0, 0.0_f32];
+            let beside = [-2.0, -0.5, -0.25, -1e-7, -0.0, 0.0, 1e-30, 0.25, 0.5, 1.0];
+            let all = sides.into_iter().flat_map(|side| beside.map(|b| side + b));
+            for c in all.flat_map(|c| [c, -c]) {
+                let of = |coordinate: f32, side: u8| {
+                    let floor = f64::from(coordinate * f32::from(side)).floor();
+                    floor.rem_euclid(f64::from(side))
+                };
+                let (u, v) = (c / f32::from(width), -c / f32::from(height));
+                let [column, row, ..] = texture.nearest(u, v).map(f64::from);
+                assert_eq!([column, row], [of(u, width), of(v, height)], "{u:e} {v:e}");
+            }
+        }
     }
 
     #[test]

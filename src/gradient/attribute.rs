@@ -8,7 +8,7 @@ use super::frame::{Bounded, Frame, U, nearby};
 use super::triple;
 use super::twofold::Twofold;
 use super::value::{exact_values, fine_values};
-use super::{ConstantAlong, Field, Gradients, Source, Strict, Subject, TRUSTED, fits};
+use super::{ConstantAlong, Field, Gradients, Source, Strict, Subject, fits, trusted_of};
 use crate::across::Carried;
 use crate::exact::Dyadic;
 use crate::varying::{CANONICAL_NAN, Interpolation};
@@ -164,13 +164,14 @@ impl Gradients {
         range: [f32; 2],
         size: f64,
     ) -> Option<Field> {
+        let trusted = trusted_of(range.map(f64::from)) * size;
         if over_w {
-            return (combined.error <= TRUSTED * size * self.least_q)
+            return (combined.error <= trusted * self.least_q)
                 .then(|| Field::plain(combined.linear.scaled(self.unit), true, range));
         }
         let Bounded { mut linear, error } = combined.scaled(1.0 / self.det, self.reach);
         linear.c += base;
-        (error <= TRUSTED * size).then(|| Field::plain(linear, false, range))
+        (error <= trusted).then(|| Field::plain(linear, false, range))
     }
 
     /// An attribute as base + D/Q or base + D/det, from D = `combined`.

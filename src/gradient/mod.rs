@@ -31,6 +31,7 @@ use fearless_simd::Simd;
 use crate::across::Carried;
 use crate::divide::ScreenVertex;
 use crate::fixed::{exponent_of, power_of_two};
+use crate::number::Number;
 use crate::polygon::Polygon;
 use crate::space::Viewport;
 use crate::varying::Interpolation;
@@ -294,6 +295,20 @@ pub(crate) const QUICK_QUOTIENT_ERROR: f64 = 1.25 / 70_368_744_177_664.0;
 /// trusted to keep `Fast` within its bound without looking at each value; docs/precision.md,
 /// "Fast".
 const TRUSTED: f64 = 1.0 / 134_217_728.0;
+
+/// The same for an attribute of this range: one that comes to 0 has values beside which an error that is
+/// small beside its magnitude may be large.
+#[inline(always)]
+fn trusted_of<F: Number>([low, high]: [F; 2]) -> F {
+    let zero = low.like(0.0);
+    F::select(low.le(zero) & zero.le(high), low.like(TRUSTED / 8.0), low.like(TRUSTED))
+}
+
+/// Is 0 among what lies in `range`?
+#[inline(always)]
+pub(crate) fn contains_zero([low, high]: [f32; 2]) -> bool {
+    low <= 0.0 && 0.0 <= high
+}
 
 /// The error above which, even if each value is looked at, a set-up in pairs is cheaper than what
 /// it saves: one value in 4096 would be undecided.

@@ -8,7 +8,7 @@ use super::flat::{Basis, FLATNESS, off_affine};
 use super::frame::{Bounded, Frame, Plane, Projection, Reach, U};
 use super::small::{AttributeLanes, SmallCorners, SmallSetups, moderate};
 use super::triple::projective;
-use super::{FITS, TRUSTED, WITHIN_ULP};
+use super::{FITS, TRUSTED, WITHIN_ULP, trusted_of};
 use crate::number::{Number, range_of};
 use crate::space::Viewport;
 
@@ -154,7 +154,7 @@ impl SmallSetups {
             let size = low.abs().greater(high.abs());
             let fits = size.like(1.0 / FITS).le(size) & size.lt(size.like(FITS));
             let part = part_of(&frame, [a, b, c], a);
-            let good = part.error.le(size * least_q * TRUSTED);
+            let good = part.error.le(trusted_of([low, high]) * size * least_q);
             let linear = part.linear.scaled(unit);
             attribute.numerator.store(if divides { linear.scaled(divisor) } else { linear });
             let usual = low.lt(high) & fits & good & fourth.is_affine(&values, [low, high]);

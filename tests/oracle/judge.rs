@@ -90,15 +90,17 @@ pub(crate) fn values(view: &View, poly: &Poly, picture: &Picture) -> Result<Comp
             let given = |i: usize| number < 3 || poly.attributes[i][number - 3] != right;
             compared.between += usize::from((0..poly.positions.len()).all(given));
             let drawn = f32::from_bits(drawn);
-            let size = |i: usize| match number {
-                0 | 1 => right.abs(),
+            let value = |i: usize| match number {
+                0 | 1 => right,
                 2 => 1.0,
-                k => poly.attributes[i][k - 3].abs(),
+                k => poly.attributes[i][k - 3],
             };
-            let most = (0..poly.positions.len()).map(size).fold(0.0, f32::max);
+            let values = || (0..poly.positions.len()).map(value);
+            let most = values().map(f32::abs).fold(0.0, f32::max);
+            let meets_zero = values().any(|v| v <= 0.0) && values().any(|v| v >= 0.0);
             let near = match (is_exact, view.precision) {
                 (true, Precision::Exact) => false,
-                (true, Precision::Fast) => is_fast(number == 2, right, drawn, most),
+                (true, Precision::Fast) => is_fast(number == 2, right, drawn, most, meets_zero),
                 (false, _) => (right - drawn).abs() <= most * 1e-5,
             };
             if right.to_bits() != drawn.to_bits() && !near {
@@ -120,8 +122,9 @@ pub(crate) fn values(view: &View, poly: &Poly, picture: &Picture) -> Result<Comp
 }
 
 /// Is `drawn` within the bound of `Fast`: 4u |value| + 3u M, where M is the largest magnitude at
-/// the vertices, or a unit in the last place for depth?
-fn is_fast(is_depth: bool, right: f32, drawn: f32, most: f32) -> bool {
+/// the vertices, or a unit in the last place for depth? Is it 7u |value| + 2^-27 M, what is nearer to 0,
+/// of an attribute that `meets_zero`?
+fn is_fast(is_depth: bool, right: f32, drawn: f32, most: f32, meets_zero: bool) -> bool {
     if is_depth {
         return right.to_bits().abs_diff(drawn.to_bits()) <= 1;
     }
@@ -129,5 +132,8 @@ fn is_fast(is_depth: bool, right: f32, drawn: f32, most: f32) -> bool {
     let [right, drawn, most] = [right, drawn, most].map(f64::from);
     // The right value is rounded itself, by at most half a unit: u |value|, or 2^-150.
     let rounded = (U * right.abs()).max(f64::from(f32::from_bits(1)) / 2.0);
-    (right - drawn).abs() <= 4.0 * U * right.abs() + 3.0 * U * most + rounded
+    let promised = 4.0 * U * right.abs() + 3.0 * U * most;
+    let near_zero = 7.0 * U * right.abs() + most / 134_217_728.0;
+    let bound = if meets_zero { promised.min(near_zero) } else { promised };
+    (right - drawn).abs() <= bound + rounded
 }

@@ -60,16 +60,19 @@ fn settled(plane: &Plane, (x, y): (i32, i32), number: usize) -> Option<Known> {
     }
 }
 
-/// The error of a value of `Fast`, as a part of what it may be. `most` is the largest magnitude at
-/// the vertices.
-fn part_of_bound(number: usize, drawn: f32, right: Known, most: f64) -> f64 {
+/// The error of a value of `Fast`, as a part of what it may be. `range` is what lies between the
+/// least and the greatest at the vertices.
+fn part_of_bound(number: usize, drawn: f32, right: Known, [low, high]: [f64; 2]) -> f64 {
     if number == 1 {
         return f64::from(drawn.to_bits().abs_diff(right.rounded.to_bits()));
     }
     let error = (f64::from(drawn) - right.value).abs();
     // For what rationals have rounded, and for numbers so small that a bit of f32 is more than the bound.
     let slack = U * right.value.abs() / 1000.0 + f64::from(f32::from_bits(1));
-    let bound = 4.0 * U * right.value.abs() + 3.0 * U * most + slack;
+    let most = low.abs().max(high.abs());
+    let promised = 4.0 * U * right.value.abs() + 3.0 * U * most;
+    let near_zero = 7.0 * U * right.value.abs() + U / 8.0 * most;
+    let bound = if low <= 0.0 && 0.0 <= high { promised.min(near_zero) } else { promised } + slack;
     if error == 0.0 { 0.0 } else { error / bound }
 }
 
@@ -95,11 +98,16 @@ fn compare(pixels: u64) -> Compared {
         compared.polygons += 1;
         compared.pixels += places.len() as u64;
         let count = 2 + poly.attributes[0].len();
-        let most: Vec<f64> = (0..count)
-            .map(|number| match number {
-                0 => poly.positions.iter().map(|p| 1.0 / p[3]).fold(0.0, f64::max),
-                1 => 1.0,
-                k => poly.attributes.iter().map(|a| f64::from(a[k - 2].abs())).fold(0.0, f64::max),
+        let ranges: Vec<[f64; 2]> = (0..count)
+            .map(|number| {
+                let value = |i: usize| match number {
+                    0 => 1.0 / poly.positions[i][3],
+                    1 => 1.0,
+                    k => f64::from(poly.attributes[i][k - 2]),
+                };
+                let start = [f64::INFINITY, f64::NEG_INFINITY];
+                let wider = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
+                (0..poly.positions.len()).map(value).fold(start, wider)
             })
             .collect();
         let rows = exact.chunks_exact(count).zip(fast.chunks_exact(count));
@@ -120,7 +128,7 @@ fn compare(pixels: u64) -> Compared {
                     "Exact: value {number} at {place:?} is {right:?}, drawn {:e}: {view:?} {poly:?}",
                     exact[number]
                 );
-                let part = part_of_bound(number, fast[number], right, most[number]);
+                let part = part_of_bound(number, fast[number], right, ranges[number]);
                 assert!(
                     part <= 1.0,
                     "Fast: value {number} at {place:?} is {right:?}, drawn {:e}, {part} of the \
