@@ -175,8 +175,12 @@ pub(crate) fn near_zero_up_to(plain: &Plain, step: f64) -> f64 {
 /// The same of one that comes to 0.
 #[inline(always)]
 pub(crate) fn near_zero_of(step: f64) -> f64 {
-    2.0 * MIDDLE * step.abs()
+    let steps = 2.0 * MIDDLE * step.abs();
+    if steps > LEAST_NUMERATOR { steps } else { LEAST_NUMERATOR }
 }
+
+/// 2^-60: divided by any Q, what is larger keeps its sign.
+const LEAST_NUMERATOR: f64 = 1.0 / 1_152_921_504_606_846_976.0;
 
 /// No magnitude is so small.
 pub(crate) const NEVER_NEAR_ZERO: f64 = -1.0;

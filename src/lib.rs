@@ -70,6 +70,7 @@ mod lanes;
 mod settle;
 mod doubt;
 mod along;
+mod within;
 mod patch;
 mod in_view;
 mod span;

@@ -23,7 +23,7 @@ const CUT: (u32, u32) = (133, 77);
 const HASHES: &[(&str, u64, u64)] = &[
     ("floor", 0x07c9797c00a1af02, 0xaa4f4d5c3912c1aa),
     ("floor_roll", 0x700c114a0784fe18, 0x58289df799c9441b),
-    ("room", 0x9acac34379ca15c8, 0x28a137ada98c10dc),
+    ("room", 0xfa01a7af7e9af525, 0x28a137ada98c10dc),
     ("walls", 0xdb0e80d85cf24f52, 0x582245ad72edf75a),
     ("mesh", 0xefad46ea76cebf11, 0xc7b0cbafa355907f),
     ("mesh_full", 0x34fb57b6bb3e16cb, 0x76af051ce28f05f8),
@@ -31,7 +31,7 @@ const HASHES: &[(&str, u64, u64)] = &[
     ("layers_ftb", 0xb63ae7b8707a048d, 0xb280a09ce11362f5),
     ("layers_btf", 0xa94c7d17078a402f, 0x92c5e9cb0cf4d9cf),
     ("ngons", 0x8cf6272ca3494ed1, 0xebbcedd7c0bb5023),
-    ("clip", 0x2890dea25ae749d3, 0xb1316d1beb78e075),
+    ("clip", 0x1840da2dd0a40f1b, 0xb1316d1beb78e075),
     ("board", 0x6c863734eaff9e00, 0xf18c838ef7cd9972),
 ];
 

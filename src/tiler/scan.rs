@@ -240,7 +240,7 @@ pub(super) fn bounds(screen: &[ScreenVertex], viewport: Viewport) -> PixelRect {
 }
 
 /// Spans that are shorter than this on the average have few blocks.
-const SHORT: u128 = 256;
+const SHORT: u128 = 192;
 
 /// So have polygons of fewer pixels, or columns, all in all.
 const FEW_PIXELS: u128 = 2048;

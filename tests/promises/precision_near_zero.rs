@@ -80,3 +80,43 @@ fn precision_next_to_zero_is_that_of_the_value() {
     compared.report("values compared", 500 * cases);
     near.report("values that are as good as 0", cases);
 }
+
+/// Rectangles whose corners lie in pixels' centres, where attributes have their least and their greatest
+/// value: a rounding more, and they would be beyond.
+#[test]
+fn precision_at_the_ends_of_long_rows_is_clamped() {
+    let ends = (0..20_u16, 290..319_u16);
+    let values = [-1.0..1.0_f32, -1.0..1.0, -1.0..1.0, -1.0..1.0];
+    let strategy = (ends, values.clone(), values, 0.0..6.0_f64);
+    let at_ends = Tally::default();
+    check(file!(), "precision_at_ends", 200, &strategy, |((x0, x1), left, right, exponent)| {
+        let [w, h] = SIZE;
+        let viewport = Viewport::new(0, 0, w, h).expect("small");
+        let mut poly = Poly::default();
+        for (x, y, values, own_w) in [
+            (x0, 0.5, left, 1.0),
+            (x0, 31.5, left, 1.0),
+            (x1, 31.5, right, exponent.exp2()),
+            (x1, 0.5, right, exponent.exp2()),
+        ] {
+            poly.positions.push(unproject(viewport, [f64::from(x) + 0.5, y], 0.5, own_w));
+            poly.attributes.push(values.to_vec());
+        }
+        let view = View {
+            window: PixelRect::new(0, 7, w, 2),
+            precision: Precision::Fast,
+            ..View::whole(viewport)
+        };
+        let (_, picture, _) = probe::draw(&view, &poly);
+        probe::same_in_rows(&view, &poly, &picture).map_err(TestCaseError::fail)?;
+        for (k, (a, b)) in left.into_iter().zip(right).enumerate() {
+            for seen in picture.values() {
+                let drawn = f32::from_bits(seen.attributes[k]);
+                prop_assert!((a.min(b)..=a.max(b)).contains(&drawn), "{k}: {drawn}");
+                at_ends.add(usize::from(drawn == a || drawn == b));
+            }
+        }
+        Ok(())
+    });
+    at_ends.report("values of vertices", 500);
+}

@@ -5,17 +5,21 @@
 //! (see [`doubt`](crate::doubt)): the same operations on the same numbers as where each block is
 //! looked at by itself, or another way to values that are correctly rounded in either.
 
-use fearless_simd::{Simd, SimdBase, SimdMask, f64x4, mask32x16, mask64x4};
+mod ahead;
+mod strict;
+
+use fearless_simd::{Simd, SimdBase, f64x4};
 
 use crate::along::{
-    AHEAD, MIDDLE, Middles, NEVER_NEAR_ZERO, OnRow, always_near, least_for_numerator, least_for_q,
-    least_for_row, middles_from, near_zero_of, near_zero_up_to, off_middle,
+    AHEAD, Middles, NEVER_NEAR_ZERO, OnRow, always_near, least_for_numerator, least_for_q,
+    least_for_row, near_zero_of, near_zero_up_to, off_middle,
 };
-use crate::doubt::{Doubt, LARGEST_Q};
+use crate::doubt::Doubt;
 use crate::gradient::frame::Linear;
-use crate::gradient::{Field, Gradients, Plain, Strict, nearest_f32};
-use crate::lanes::{Narrow, Wide, WideMask, bits_of, clamp_numbers};
+use crate::gradient::{Field, Gradients, Plain, nearest_f32};
+use crate::lanes::{Narrow, clamp_numbers};
 use crate::shade::BLOCK;
+use crate::within::{Columns, inner_range};
 
 /// Q and the numerators of so many attributes, less one, are prepared; of polygons with more, none
 /// is.
@@ -85,6 +89,10 @@ pub(crate) struct Prepared<S: Simd> {
     near_zero: [f64; FUNCTIONS],
     /// Is there such a magnitude for any?
     meets_zero: bool,
+    /// The values of an attribute that need not be clamped; and the columns of this row where none has to
+    /// be.
+    inner: [[f64; 2]; FUNCTIONS],
+    unclamped: Columns,
     /// Are the polygon's spans short? Then each lane is found by itself.
     short: bool,
     /// Are all constant? They were filled in.
@@ -113,6 +121,8 @@ impl<S: Simd> Prepared<S> {
             least_q: 0.0,
             near_zero: [NEVER_NEAR_ZERO; FUNCTIONS],
             meets_zero: false,
+            inner: [[0.0; 2]; FUNCTIONS],
+            unclamped: Columns::NONE,
             short: false,
             filled: false,
             strict: false,
@@ -193,21 +203,6 @@ impl<S: Simd> Prepared<S> {
     }
 
     #[inline(always)]
-    fn set_strict(&mut self, simd: S, i: usize, strict: &Strict, gradients: &Gradients) -> bool {
-        let doubt = if strict.over_w {
-            Some(Doubt::of_quotient(strict, gradients))
-        } else {
-            self.r = strict.scale;
-            Doubt::of_scaled(strict, gradients.det_relative_error)
-        };
-        let Some(doubt) = doubt else { return false };
-        let scale = if strict.over_w { gradients.unit } else { 1.0 };
-        self.set_function(simd, i, strict.numerator.scaled(scale), strict.range);
-        (self.bases[i], self.doubts[i]) = (strict.base, doubt);
-        true
-    }
-
-    #[inline(always)]
     fn set_function(&mut self, simd: S, i: usize, function: Linear, [low, high]: [f32; 2]) {
         self.functions.set(i, function);
         self.steps[i] = function.x;
@@ -215,6 +210,7 @@ impl<S: Simd> Prepared<S> {
             self.off_middle[i] = off_middle(simd, function.x);
         }
         (self.low[i], self.high[i]) = (Narrow::splat(simd, low), Narrow::splat(simd, high));
+        self.inner[i] = inner_range([low, high]);
     }
 
     /// Goes to the row `v` from the anchor, with `count` attributes.
@@ -227,9 +223,24 @@ impl<S: Simd> Prepared<S> {
         for first in (0..=count.min(FUNCTIONS - 1)).step_by(FOUR) {
             four_of(simd, c, y, v, first).store_slice(&mut self.starts[first..first + FOUR]);
         }
-        if self.divided != Divided::ByRow {
-            return;
+        if self.divided == Divided::ByRow {
+            self.divide_row(simd, count);
         }
+        if !self.short && !self.strict {
+            let q = match self.divided {
+                Divided::ByLane => self.on_row(0),
+                Divided::Not | Divided::ByRow => OnRow { start: 1.0, step: 0.0 },
+            };
+            self.unclamped = Columns::ALL;
+            for i in 1..=count.min(FUNCTIONS - 1) {
+                self.unclamped = self.unclamped.where_within(self.on_row(i), q, self.inner[i]);
+            }
+        }
+    }
+
+    /// Divides what is divided once for each row.
+    #[inline(always)]
+    fn divide_row(&mut self, simd: S, count: usize) {
         if self.short && !self.strict {
             // As where each lane has its own.
             self.r = f64::from(1.0 / nearest_f32(self.starts[0]));
@@ -239,7 +250,7 @@ impl<S: Simd> Prepared<S> {
         if self.strict {
             return;
         }
-        for i in 1..=count {
+        for i in 1..=count.min(FUNCTIONS - 1) {
             let on_row = OnRow { start: self.starts[i], step: self.functions.x[i] };
             let on_row = on_row.times(self.r);
             (self.starts[i], self.steps[i]) = (on_row.start, on_row.step);
@@ -250,107 +261,14 @@ impl<S: Simd> Prepared<S> {
         }
     }
 
-    /// The values of `count` attributes in the block around `middle` and the next ones: those of
-    /// which any lane is set in `masks`. Returns how many are good. `lanes`: `count` for each.
-    /// `undecided`: lanes whose values have yet to be found.
-    #[inline(always)]
-    pub(crate) fn find_some(
-        &self,
-        simd: S,
-        count: usize,
-        middle: f64,
-        masks: &[u16],
-        lanes: &mut [[f32; BLOCK]],
-        undecided: &mut [u16; AHEAD],
-    ) -> usize {
-        if self.filled {
-            return AHEAD;
-        }
-        if self.strict {
-            return self.find_strict(simd, count, middle, masks, lanes, undecided);
-        }
-        let middles = middles_from(simd, middle);
-        let values = |i: usize| self.on_row(i).at_all(simd, middles);
-        let q = values(0);
-        let good = q.simd_ge(f64x4::splat(simd, self.least_q));
-        let mut ahead = [Middles::none(); FUNCTIONS];
-        ahead[0] = Middles::of(q);
-        for (i, ahead) in ahead.iter_mut().enumerate().skip(1).take(count) {
-            *ahead = Middles::of(values(i));
-        }
-        for ((block, mask), lanes) in masks.iter().enumerate().zip(lanes.chunks_exact_mut(count)) {
-            if *mask == 0 {
-                continue;
-            }
-            let at = |i: usize| ahead[i].lanes(simd, block, self.off_middle[i]);
-            let one = Narrow::splat(simd, 1.0);
-            let r = if self.divided == Divided::ByLane { one / at(0) } else { one };
-            for (i, lanes) in (1..FUNCTIONS).zip(lanes).take(count) {
-                clamp_numbers(at(i) * r, self.low[i], self.high[i]).store_array(lanes);
-            }
-        }
-        if self.meets_zero {
-            let mut any = mask64x4::splat(simd, false);
-            for i in 1..=count.min(FUNCTIONS - 1) {
-                any |= self.are_near_zero(simd, i, middle);
-            }
-            if any.any_true() {
-                self.find_near_zero(simd, count, middle, masks, lanes);
-            }
-        }
-        good.to_bitmask().trailing_ones() as usize
-    }
-
-    /// Finds those anew that do not go by their block because they are near 0.
-    #[inline(never)]
-    fn find_near_zero(
-        &self,
-        simd: S,
-        count: usize,
-        middle: f64,
-        masks: &[u16],
-        lanes: &mut [[f32; BLOCK]],
-    ) {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                for i in 1..=count.min(FUNCTIONS - 1) {
-                    let mut left = self.are_near_zero(simd, i, middle).to_bitmask();
-                    while left != 0 {
-                        let block = left.trailing_zeros() as usize;
-                        left &= left - 1;
-                        let Some(lanes) = lanes.get_mut(block * count + i - 1) else { break };
-                        if masks.get(block).is_none_or(|mask| *mask == 0) {
-                            continue;
-                        }
-                        let middle = middle + (block * BLOCK) as f64;
-                        let mut r = Narrow::splat(simd, 1.0);
-                        if self.divided == Divided::ByLane {
-                            r /= self.on_row(0).near(simd, middle, self.off_middle[0]);
-                        }
-                        let value = self.on_row(i).wide(simd, middle).narrow() * r;
-                        clamp_numbers(value, self.low[i], self.high[i]).store_array(lanes);
-                    }
-                }
-            },
-        );
-    }
-
-    /// See [`near_zero_up_to`]: is function `i` so small in the block around `middle` and the next ones?
-    #[inline(always)]
-    fn are_near_zero(&self, simd: S, i: usize, middle: f64) -> mask64x4<S> {
-        let values = self.on_row(i).at_all(simd, middles_from(simd, middle));
-        values.abs().simd_le(f64x4::splat(simd, self.near_zero[i]))
-    }
-
     /// The same of one block.
     #[inline(always)]
     fn is_near_zero(&self, i: usize, middle: f64) -> bool {
         self.on_row(i).at(middle).abs() <= self.near_zero[i]
     }
 
-    /// The same of one block, and those of its lanes in `mask` that are undecided; nothing if it is
-    /// not good.
+    /// What [`find_some`](Self::find_some) finds, of one block, and those of its lanes in `mask` that are
+    /// undecided; nothing if it is not good.
     #[inline(always)]
     pub(crate) fn find_one(
         &self,
@@ -450,50 +368,6 @@ impl<S: Simd> Prepared<S> {
         } else {
             on_row.near(simd, middle, self.off_middle[i])
         }
-    }
-
-    /// [`find_some`](Self::find_some) of strict attributes.
-    #[inline(always)]
-    fn find_strict(
-        &self,
-        simd: S,
-        count: usize,
-        middle: f64,
-        masks: &[u16],
-        lanes: &mut [[f32; BLOCK]],
-        undecided: &mut [u16; AHEAD],
-    ) -> usize {
-        // The least Q of each block, where it is 1/w times something positive.
-        let q = self.on_row(0).at_all(simd, middles_from(simd, middle));
-        let least = q - f64x4::splat(simd, MIDDLE * self.steps[0].abs());
-        let good = least.simd_ge(f64x4::splat(simd, self.least_q))
-            & q.simd_lt(f64x4::splat(simd, LARGEST_Q));
-        let mut greatest_r = [0.0; AHEAD];
-        (f64x4::splat(simd, 1.0) / least).store_array(&mut greatest_r);
-        for ((block, mask), lanes) in masks.iter().enumerate().zip(lanes.chunks_exact_mut(count)) {
-            if *mask == 0 {
-                continue;
-            }
-            let middle = middle + (block * BLOCK) as f64;
-            let r = if self.divided == Divided::ByLane {
-                self.on_row(0).wide(simd, middle).quick_reciprocal(simd)
-            } else {
-                Wide::splat(simd, self.r)
-            };
-            let mut near_tie = WideMask::none(simd);
-            let mut large = mask32x16::splat(simd, true);
-            for (i, lanes) in (1..FUNCTIONS).zip(lanes).take(count) {
-                let d = self.on_row(i).wide(simd, middle);
-                let value = d * r + Wide::splat(simd, self.bases[i]);
-                near_tie = near_tie | value.near_tie(simd);
-                let rounded = value.narrow();
-                let least = self.doubts[i].least(greatest_r[block % AHEAD]);
-                large &= rounded.abs().simd_ge(Narrow::splat(simd, least));
-                rounded.max(self.low[i]).min(self.high[i]).store_array(lanes);
-            }
-            undecided[block % AHEAD] = near_tie.bits() | !bits_of(simd, large);
-        }
-        good.to_bitmask().trailing_ones() as usize
     }
 
     #[inline(always)]
