@@ -42,7 +42,7 @@ impl<S: Simd> Prepared<S> {
         let unclamped = self.unclamped.contain(middle - MIDDLE, middle + LAST);
         match (unclamped, self.divided) {
             (true, Divided::ByLane) => {
-                self.find_lanes::<true, false>(simd, count, &ahead, masks, lanes)
+                self.find_lanes::<true, false>(simd, count, &ahead, masks, lanes);
             }
             (true, _) => self.find_lanes::<false, false>(simd, count, &ahead, masks, lanes),
             (false, _) => self.find_lanes::<true, true>(simd, count, &ahead, masks, lanes),

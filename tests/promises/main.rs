@@ -3,7 +3,7 @@
 //! `cargo test --test promises coverage` runs what begins so. One crate: what they draw with is compiled once.
 //!
 //! - P1, exact coverage: `clipping`, `coverage`, `exhaustive`, `patterns`, `soak`
-//! - P2, bounded error: `cameras`, `precision`, `precision_many`, `precision_near_zero`,
+//! - P2, bounded error: `cameras`, `precision`, `precision_many`, `precision_long_rows`,
 //!   `stability`
 //! - P3, identical bits: `draw`, `lists`, `order`, `reproducible`
 //! - P4, total on any input: `flushed`, `fuzzed`, `nasty`, `total`
@@ -39,7 +39,7 @@ mod order;
 mod patterns;
 mod precision;
 mod precision_many;
-mod precision_near_zero;
+mod precision_long_rows;
 mod reproducible;
 mod soak;
 mod stability;

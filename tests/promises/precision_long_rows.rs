@@ -1,5 +1,6 @@
-//! P2: what passes through 0, in `Fast`, along rows that are just long enough to go by blocks, where an
-//! attribute's steps are longest: 7u |value| + 2^-29 M, which is a quarter of what small triangles have.
+//! P2, `Fast`, along rows that are just long enough to go by blocks, where an attribute's steps are longest:
+//! next to 0, where it is 7u |value| + 2^-29 M (a quarter of what small triangles have), and at the ends
+//! of its range.
 
 use crate::oracle::Poly;
 use crate::oracle::plane::{Plane, Right};
