@@ -122,8 +122,6 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
             if let Some(mask) = masks.get_mut(last - done) {
                 *mask &= row.to;
             }
-            // Kept apart: to read all masks at once is to wait for each of them to be written.
-            let mut every = masks.iter().fold(u16::MAX, |every, mask| every & mask);
             let mut any = true;
             if let Some(tested) = walker.tested.as_ref().filter(|_| has_depth) {
                 let (ahead, good) = tested.look_ahead(simd, middle);
@@ -136,7 +134,6 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                         ahead.lanes(simd, i, off_middle).store_array(&mut found[i]);
                         masks[i] &= passing_lanes(simd, test.compare, &found[i], &stored[i]);
                         any |= masks[i] != 0;
-                        every &= masks[i];
                     }
                 } else {
                     for i in 0..some {
@@ -151,7 +148,6 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                         }
                         masks[i] &= passing_lanes(simd, test.compare, &found[i], stored);
                         any |= masks[i] != 0;
-                        every &= masks[i];
                     }
                 }
             }
@@ -184,6 +180,8 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                     }
                 }
                 let stride = walker.prepared.stride(count);
+                // One by one: to read all masks at once is to wait for each of them to be written.
+                let every = masks.iter().fold(u16::MAX, |every, mask| every & mask);
                 let whole = S::KEEPS_ALL && some == AHEAD && every == u16::MAX;
                 if whole && let Some(pixels) = pixels[done..].first_chunk_mut::<AHEAD>() {
                     self.brush.shaded += (AHEAD * BLOCK) as u64;
