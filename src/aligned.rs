@@ -124,3 +124,44 @@ impl DerefMut for LaneMemory {
         self.0.as_chunks_mut().0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn begins_on_a_line<P: Copy + PartialEq + core::fmt::Debug>(value: P) -> bool {
+        let all = Aligned::filled(value, 5).expect("little");
+        assert_eq!(*all, [value; 5]);
+        (all.as_ptr() as usize).is_multiple_of(LINE)
+    }
+
+    #[test]
+    fn memory_begins_on_a_line_if_its_elements_can() {
+        assert!(begins_on_a_line(7_u8));
+        assert!(begins_on_a_line([1_u8, 2, 3]));
+        assert!(begins_on_a_line(1.5_f32));
+        assert!(begins_on_a_line([1.5_f64; 3]));
+        // These need not, and are there.
+        begins_on_a_line([1_u8; LINE]);
+        begins_on_a_line(());
+        assert!(Aligned::<u32>::default().is_empty());
+    }
+
+    #[test]
+    fn more_memory_than_there_is_is_an_error() {
+        for count in [usize::MAX / 8, usize::MAX] {
+            let refused = Aligned::filled(0_u64, count).map(|_| ());
+            assert!(matches!(refused, Err(Error::OutOfMemory { .. })), "{count}");
+        }
+    }
+
+    #[test]
+    fn lanes_stay_when_there_is_room_for_more() {
+        let mut lanes = LaneMemory::default();
+        lanes.make_room(2)[1] = [3.0; BLOCK];
+        lanes.make_room(100)[99] = [4.0; BLOCK];
+        assert_eq!((lanes[1], lanes[99]), ([3.0; BLOCK], [4.0; BLOCK]));
+        assert_eq!((lanes.make_room(1).len(), lanes.bytes()), (100, 4 * (100 * BLOCK + LINE)));
+        assert!((lanes.as_ptr() as usize).is_multiple_of(LINE));
+    }
+}
