@@ -261,7 +261,7 @@ impl<S: Simd> Prepared<S> {
         }
     }
 
-    /// The same of one block.
+    /// See [`near_zero_up_to`]: is function `i` so small in the block around `middle`?
     #[inline(always)]
     fn is_near_zero(&self, i: usize, middle: f64) -> bool {
         self.on_row(i).at(middle).abs() <= self.near_zero[i]

@@ -122,8 +122,8 @@ pub(crate) fn values(view: &View, poly: &Poly, picture: &Picture) -> Result<Comp
 }
 
 /// Is `drawn` within the bound of `Fast`: 4u |value| + 3u M, where M is the largest magnitude at
-/// the vertices, or a unit in the last place for depth? Is it 7u |value| + 2^-27 M, what is nearer to 0,
-/// of an attribute that `meets_zero`?
+/// the vertices, or a unit in the last place for depth? An attribute that `meets_zero` has 7u |value| +
+/// 2^-27 M, too, which is less where the value is small.
 fn is_fast(is_depth: bool, right: f32, drawn: f32, most: f32, meets_zero: bool) -> bool {
     if is_depth {
         return right.to_bits().abs_diff(drawn.to_bits()) <= 1;
