@@ -2,10 +2,12 @@
 
 mod bounds;
 mod occluders;
+mod unclear;
 
 pub use bounds::DepthBounds;
 pub(crate) use bounds::{SIDE, TileRows};
 pub(crate) use occluders::Occluders;
+pub(crate) use unclear::Unclear;
 
 /// How a pixel's depth is compared with the stored one; it passes if `new (op) stored` holds.
 /// A NaN in the buffer passes only [`NotEqual`](Self::NotEqual) and [`Always`](Self::Always).
@@ -57,6 +59,16 @@ impl Compare {
             Self::GreaterEqual => new[1] < stored[0],
             Self::Equal => new[0] > stored[1] || new[1] < stored[0],
             Self::NotEqual | Self::Always => false,
+        }
+    }
+
+    /// Do all depths within `new` pass against `stored`?
+    pub(crate) fn passes_all(self, new: [f32; 2], stored: f32) -> bool {
+        match self {
+            Self::Always => true,
+            Self::NotEqual => new[1] < stored || new[0] > stored,
+            // What passes at both ends passes between them.
+            _ => new.iter().all(|new| self.passes(*new, stored)),
         }
     }
 

@@ -62,7 +62,10 @@ impl DepthBuffer<'_> {
         if compare.fails_all(depths, tile.depths) {
             return true;
         }
-        tile.is_worth_a_look(depths, compare) && self.look(place, depths, compare)
+        tile.is_worth_a_look(depths, compare)
+            // What has not been cleared says nothing.
+            && !self.is_unclear([place[1] * SIDE, place[1] * SIDE + SIDE - 1])
+            && self.look(place, depths, compare)
     }
 
     /// The same, by a look at all that is stored.

@@ -80,6 +80,7 @@ mod row;
 pub mod depth;
 pub mod texture;
 pub mod target;
+mod clear;
 pub mod cull;
 pub mod batch;
 pub mod order;

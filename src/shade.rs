@@ -7,6 +7,9 @@
 /// Pixels in a block.
 pub const BLOCK: usize = 16;
 
+/// Blocks that are shaded together where all of their lanes are drawn.
+pub const ROW: usize = 4;
+
 /// Which of a block's values a shader reads; what it does not read is not computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Inputs {
@@ -142,6 +145,16 @@ pub trait Shader {
     /// Bits beyond `block.mask` are ignored. Say `#[inline(always)]`: then it is compiled for the instruction set that
     /// the tiler runs on.
     fn shade(&mut self, block: &Block<'_>, out: &mut [Self::Pixel; BLOCK]) -> u16;
+
+    /// Shades all lanes of `blocks`, which lie side by side in a row: the same pixels that
+    /// [`shade`](Self::shade) makes of one after the other. It is asked for if
+    /// [`KEEPS_ALL`](Self::KEEPS_ALL), and worth writing where something can be done once for all of them.
+    #[inline(always)]
+    fn shade_row(&mut self, blocks: &[Block<'_>; ROW], out: &mut [[Self::Pixel; BLOCK]; ROW]) {
+        for (block, out) in blocks.iter().zip(out) {
+            self.shade(block, out);
+        }
+    }
 }
 
 /// A closure that is called for each pixel that passes. Everything that a [`Fragment`] has is found

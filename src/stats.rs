@@ -96,6 +96,9 @@ pub struct Stats {
     pub pixels_shaded: u64,
     /// Pixels that failed the depth test.
     pub pixels_hidden: u64,
+    /// Pixels that were drawn and had never been cleared, since they pass against anything cleared (see
+    /// [`Canvas::clear_later`](crate::draw::Canvas::clear_later)).
+    pub pixels_not_cleared: u64,
     /// Values for which `f64` could not tell the correctly rounded `f32`, so that exact
     /// arithmetic did. Which they are depends on the way that a polygon is drawn, and so, in
     /// `Exact`, on whether those beside it in a list have as many attributes.
@@ -130,6 +133,7 @@ impl Stats {
         self.pixels_covered += other.pixels_covered;
         self.pixels_shaded += other.pixels_shaded;
         self.pixels_hidden += other.pixels_hidden;
+        self.pixels_not_cleared += other.pixels_not_cleared;
         self.exact_values += other.exact_values;
         self.peak_bytes += other.peak_bytes;
     }

@@ -1,8 +1,11 @@
 //! Targets: where pixels go. Anything that can store a run of pixels.
 
+use fearless_simd::{Simd as _, dispatch};
+
 use crate::depth::{DepthBounds, TileRows};
 use crate::error::Error;
 use crate::shade::BLOCK;
+use crate::simd::Simd;
 
 /// Stores pixels. Column 0, row 0 is the upper left one; where it lies in the framebuffer is
 /// the tiler's business ([`Tiler::set_origin`](crate::tiler::Tiler::set_origin)).
@@ -37,6 +40,19 @@ pub trait Target {
     fn blocks(&mut self, _x: u32, _y: u32, _count: usize) -> &mut [[Self::Pixel; BLOCK]] {
         &mut []
     }
+
+    /// What pixels are cleared to that [`clear_later`](Plane::clear_later) has put off; nothing if the target
+    /// knows of no such thing.
+    fn background(&self) -> Option<Self::Pixel> {
+        None
+    }
+
+    /// Sets pixels at columns `columns[0] .. columns[1]` of row `y`, all within `size()`.
+    fn fill(&mut self, y: u32, [start, end]: [u32; 2], pixel: Self::Pixel) {
+        for x in (start..end).step_by(BLOCK) {
+            self.write(x, y, &[pixel; BLOCK][..BLOCK.min((end - x) as usize)]);
+        }
+    }
 }
 
 /// Rows of pixels, borrowed from the caller: a picture, depth, ids. Row `r` begins at element
@@ -49,12 +65,13 @@ pub struct Plane<'a, P> {
     stride: usize,
     /// Of depths that are attached to some.
     bounds: Option<TileRows<'a>>,
+    background: Option<P>,
 }
 
 impl<P> Default for Plane<'_, P> {
     /// Without a pixel.
     fn default() -> Self {
-        Self { data: &mut [], width: 0, height: 0, stride: 0, bounds: None }
+        Self { data: &mut [], width: 0, height: 0, stride: 0, bounds: None, background: None }
     }
 }
 
@@ -92,7 +109,13 @@ impl<'a, P: Copy> Plane<'a, P> {
         if data.len() < needed {
             return Err(Error::PlaneTooShort { needed, given: data.len() });
         }
-        Ok(Self { data, width, height, stride, bounds: None })
+        Ok(Self { data, width, height, stride, bounds: None, background: None })
+    }
+
+    /// With what is cleared later ([`clear_later`](Plane::clear_later)) cleared to `pixel`.
+    #[must_use]
+    pub fn with_background(self, pixel: P) -> Self {
+        Self { background: Some(pixel), ..self }
     }
 
     /// (width, height) in pixels.
@@ -145,29 +168,42 @@ impl<'a, P: Copy> Plane<'a, P> {
 
     /// The rows above `row`, or all if there are fewer, and the others.
     pub fn split_at_row(self, row: u32) -> (Self, Self) {
-        let Self { data, width, height, stride, bounds } = self;
+        let Self { data, width, height, stride, bounds, background } = self;
         let row = row.min(height);
         let (above, below) = data.split_at_mut((row as usize * stride).min(data.len()));
         let (bounds_above, bounds_below) =
             bounds.and_then(|rows| rows.split_at_row(row, height)).unzip();
         (
-            Self { data: above, width, height: row, stride, bounds: bounds_above },
-            Self { data: below, width, height: height - row, stride, bounds: bounds_below },
+            Self { data: above, width, height: row, stride, bounds: bounds_above, background },
+            Self {
+                data: below,
+                width,
+                height: height - row,
+                stride,
+                bounds: bounds_below,
+                background,
+            },
         )
     }
 
     /// The same plane, borrowed for a while.
     pub fn reborrow(&mut self) -> Plane<'_, P> {
-        let Self { data, width, height, stride, bounds } = self;
+        let Self { data, width, height, stride, bounds, background } = self;
         let bounds = bounds.as_mut().map(TileRows::reborrow);
-        Plane { data, width: *width, height: *height, stride: *stride, bounds }
+        let (width, height, stride, background) = (*width, *height, *stride, *background);
+        Plane { data, width, height, stride, bounds, background }
     }
 
     /// Sets every pixel, and nothing between the rows.
     pub fn clear(&mut self, pixel: P) {
-        for y in 0..self.height {
-            self.tested_row_mut(y).fill(pixel);
-        }
+        dispatch!(Simd::auto().0, simd => simd.vectorize(
+            #[inline(always)]
+            || {
+                for y in 0..self.height {
+                    self.tested_row_mut(y).fill(pixel);
+                }
+            }
+        ));
         if let Some(bounds) = &mut self.bounds {
             bounds.clear();
         }
@@ -190,6 +226,19 @@ impl<'a> Plane<'a, f32> {
     }
 
     /// Those attached.
+    #[inline(always)]
+    pub(crate) fn bounds(&self) -> Option<&TileRows<'a>> {
+        self.bounds.as_ref()
+    }
+
+    /// The bounds attached, and the depths without them.
+    pub(crate) fn apart(&mut self) -> (Option<&mut TileRows<'a>>, DepthBuffer<'_>) {
+        let Self { data, width, height, stride, bounds, background } = self;
+        let (width, height, stride, background) = (*width, *height, *stride, *background);
+        (bounds.as_mut(), Plane { data, width, height, stride, bounds: None, background })
+    }
+
+    /// The same, to be changed.
     #[inline(always)]
     pub(crate) fn bounds_mut(&mut self) -> Option<&mut TileRows<'a>> {
         self.bounds.as_mut()
@@ -215,7 +264,7 @@ impl<'a> From<&'a mut image::RgbaImage> for Plane<'a, [u8; 4]> {
             width,
             height,
             stride: width as usize,
-            bounds: None,
+            ..Self::default()
         }
     }
 }
@@ -226,7 +275,7 @@ impl<'a> From<&'a mut image::ImageBuffer<image::Luma<f32>, alloc::vec::Vec<f32>>
 {
     fn from(picture: &'a mut image::ImageBuffer<image::Luma<f32>, alloc::vec::Vec<f32>>) -> Self {
         let (width, height) = picture.dimensions();
-        Self { data: picture, width, height, stride: width as usize, bounds: None }
+        Self { data: picture, width, height, stride: width as usize, ..Self::default() }
     }
 }
 
@@ -257,6 +306,18 @@ impl<P: Copy + Default + 'static> Target for Plane<'_, P> {
     fn blocks(&mut self, x: u32, y: u32, count: usize) -> &mut [[P; BLOCK]] {
         let x = x as usize;
         self.row_mut(y)[x..x + count * BLOCK].as_chunks_mut().0
+    }
+
+    fn background(&self) -> Option<P> {
+        self.background
+    }
+
+    fn fill(&mut self, y: u32, [start, end]: [u32; 2], pixel: P) {
+        let to = &mut self.row_mut(y)[start as usize..end as usize];
+        dispatch!(Simd::auto().0, simd => simd.vectorize(
+            #[inline(always)]
+            || to.fill(pixel)
+        ));
     }
 }
 
@@ -299,6 +360,12 @@ impl Target for () {
         // Of no size: nothing is allocated, nor lost.
         alloc::vec![[(); BLOCK]; count].leak()
     }
+
+    fn background(&self) -> Option<()> {
+        Some(())
+    }
+
+    fn fill(&mut self, _y: u32, _columns: [u32; 2], (): ()) {}
 }
 
 impl<T: Target + ?Sized> Target for &mut T {
@@ -322,6 +389,14 @@ impl<T: Target + ?Sized> Target for &mut T {
     #[inline(always)]
     fn blocks(&mut self, x: u32, y: u32, count: usize) -> &mut [[T::Pixel; BLOCK]] {
         (**self).blocks(x, y, count)
+    }
+
+    fn background(&self) -> Option<T::Pixel> {
+        (**self).background()
+    }
+
+    fn fill(&mut self, y: u32, columns: [u32; 2], pixel: T::Pixel) {
+        (**self).fill(y, columns, pixel);
     }
 }
 
@@ -351,6 +426,14 @@ macro_rules! tuple_target {
             #[inline(always)]
             fn write_pixel(&mut self, x: u32, y: u32, pixel: Self::Pixel) {
                 $(self.$i.write_pixel(x, y, pixel.$i);)+
+            }
+
+            fn background(&self) -> Option<Self::Pixel> {
+                Some(($(self.$i.background()?,)+))
+            }
+
+            fn fill(&mut self, y: u32, columns: [u32; 2], pixel: Self::Pixel) {
+                $(self.$i.fill(y, columns, pixel.$i);)+
             }
         }
     };

@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use crate::error::Error;
-use crate::shade::BLOCK;
+use crate::shade::{BLOCK, Block, ROW};
 
 /// A picture to look up: RGBA8 texels, row 0 on top, lookups repeat in both directions.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,22 +67,13 @@ impl Texture {
         mask: u16,
         out: &mut [[u8; 4]; BLOCK],
     ) {
-        let index = if let Some((column_mask, row_mask, shift)) = self.masks {
-            // They go into `LARGEST`.
-            self.find(u, v, |column, row| (column & column_mask) + ((row & row_mask) << shift))
-        } else {
-            // Both sides are below 2^31.
-            let (width, height) = (self.width.cast_signed(), self.height.cast_signed());
-            self.find(u, v, |column, row| {
-                let of = |floor: u32| floor.wrapping_sub(LARGEST).cast_signed();
-                let (column, row) = (of(column).rem_euclid(width), of(row).rem_euclid(height));
-                column.cast_unsigned().wrapping_add(row.cast_unsigned().wrapping_mul(self.width))
-            })
-        };
+        let mut index = [[0; BLOCK]];
+        self.find([[u, v]], &mut index);
         // Lane by lane only where that is little: nothing predicts how many there are.
         if mask.count_ones() > FEW {
-            look_up(&self.texels, &index, out);
+            look_up(&self.texels, &index, core::array::from_mut(out));
         } else {
+            let [index] = &index;
             let mut left = mask;
             while left != 0 {
                 let lane = left.trailing_zeros() as usize;
@@ -92,32 +83,94 @@ impl Texture {
         }
     }
 
-    /// The number of each lane's texel, where `wrap` makes it of column and row, both too large by
-    /// [`LARGEST`].
+    /// [`nearest`](Self::nearest) for all lanes of `blocks`, at attributes `u` and `v`: what
+    /// [`Shader::shade_row`](crate::shade::Shader::shade_row) is for, and faster than one block after the
+    /// other. An attribute that there is none of is NaN.
     #[inline(always)]
-    fn find(
+    pub fn nearest_row(
         &self,
-        u: &[f32; BLOCK],
-        v: &[f32; BLOCK],
-        wrap: impl Fn(u32, u32) -> u32,
-    ) -> [u32; BLOCK] {
-        let mut index = [0; BLOCK];
-        let [width, height] = self.scale;
-        let mut sums = 0;
-        for lane in 0..BLOCK {
-            let (column, row) = (Floor::of(u[lane] * width), Floor::of(v[lane] * height));
-            sums |= column.sum | row.sum;
-            index[lane] = wrap(column.floor, row.floor);
+        blocks: &[Block<'_>; ROW],
+        [u, v]: [usize; 2],
+        out: &mut [[[u8; 4]; BLOCK]; ROW],
+    ) {
+        // Not by `map` over all four: that is a call.
+        let [a, b, c, d] = blocks;
+        let uvs = [uv_of(a, u, v), uv_of(b, u, v), uv_of(c, u, v), uv_of(d, u, v)];
+        let mut index = [[0; BLOCK]; ROW];
+        self.find(uvs, &mut index);
+        look_up(&self.texels, &index, out);
+    }
+
+    /// The number of each lane's texel.
+    #[inline(always)]
+    fn find<const N: usize>(&self, uvs: [Uv<'_>; N], index: &mut [[u32; BLOCK]; N]) {
+        if let Some((column_mask, row_mask, shift)) = self.masks {
+            // They go into [`LARGEST`].
+            let wrap = |column, row| (column & column_mask) + ((row & row_mask) << shift);
+            self.find_by(uvs, index, wrap);
+        } else {
+            let of = |floor: u32| floor.wrapping_sub(WHOLE.to_bits()).cast_signed();
+            self.find_by(uvs, index, |column, row| self.wrap(of(column), of(row)));
         }
-        if sums >= 2 * LARGEST {
-            let of = |floor: i32| floor.cast_unsigned().wrapping_add(LARGEST);
+    }
+
+    /// The same, where `wrap` makes it of column and row, both too large by the bits of [`WHOLE`].
+    #[inline(always)]
+    fn find_by<const N: usize>(
+        &self,
+        uvs: [Uv<'_>; N],
+        index: &mut [[u32; BLOCK]; N],
+        wrap: impl Fn(u32, u32) -> u32,
+    ) {
+        let [width, height] = self.scale;
+        let mut beyond = 0;
+        for i in 0..N {
+            let [u, v] = uvs[i];
             for lane in 0..BLOCK {
-                let both = (floor(u[lane] * width), floor(v[lane] * height));
-                index[lane] = if let (Some(c), Some(r)) = both { wrap(of(c), of(r)) } else { 0 };
+                let (column, row) = (Floor::of(u[lane] * width), Floor::of(v[lane] * height));
+                beyond |= column.beyond | row.beyond;
+                index[i][lane] = wrap(column.floor, row.floor);
             }
         }
-        index
+        // One look at all of them.
+        if beyond > LOW_BITS {
+            self.find_far(&uvs, index);
+        }
     }
+
+    /// The same, however large they are; out of line.
+    #[cold]
+    #[inline(never)]
+    fn find_far(&self, uvs: &[Uv<'_>], index: &mut [[u32; BLOCK]]) {
+        let [width, height] = self.scale;
+        for (index, [u, v]) in index.iter_mut().zip(uvs) {
+            for lane in 0..BLOCK {
+                let (column, row) = (floor(u[lane] * width), floor(v[lane] * height));
+                let both = column.zip(row);
+                index[lane] = both.map_or(0, |(column, row)| self.wrap(column, row));
+            }
+        }
+    }
+
+    /// The number of a texel, if the texture repeats.
+    #[inline(always)]
+    fn wrap(&self, column: i32, row: i32) -> u32 {
+        // Both sides are below 2^31.
+        let (width, height) = (self.width.cast_signed(), self.height.cast_signed());
+        let (column, row) = (column.rem_euclid(width), row.rem_euclid(height));
+        column.cast_unsigned().wrapping_add(row.cast_unsigned().wrapping_mul(self.width))
+    }
+}
+
+/// Coordinates of a block.
+type Uv<'a> = [&'a [f32; BLOCK]; 2];
+
+/// Attributes `u` and `v` of `block`.
+#[inline(always)]
+fn uv_of<'a>(block: &Block<'a>, u: usize, v: usize) -> Uv<'a> {
+    const NONE: [f32; BLOCK] = [f32::NAN; BLOCK];
+    let attribute = |k: usize| block.attributes.get(k).unwrap_or(&NONE);
+    [attribute(u), attribute(v)]
 }
 
 /// So many lanes are looked up one by one.
@@ -131,11 +184,14 @@ const WHOLE: f32 = 12_582_912.0;
 /// 2^22, up to which that is so.
 const LARGEST: u32 = 1 << 22;
 
+/// The bits of a sum that are not its exponent.
+const LOW_BITS: u32 = (1 << 23) - 1;
+
 /// The floor of a number that a sum with [`WHOLE`] holds.
 struct Floor {
-    /// The nearest whole number and [`LARGEST`]: from 0 to twice that, if the sum holds the number.
-    sum: u32,
-    /// Too large by the same, so that no sign is in the way.
+    /// Above [`LOW_BITS`] if the sum does not hold the number.
+    beyond: u32,
+    /// Too large by the bits of [`WHOLE`], of which the lowest 22 are 0.
     floor: u32,
 }
 
@@ -146,28 +202,37 @@ impl Floor {
         // The sign of what it is too large by: a comparison would be a mask, and take a way round.
         // Summed in this order, of a product of -0 it is +0.
         let above = ((WHOLE - sum) + product).to_bits().cast_signed() >> 31;
-        let sum = sum.to_bits().wrapping_sub(WHOLE.to_bits() - LARGEST);
-        Self { sum, floor: sum.wrapping_add_signed(above) }
+        let sum = sum.to_bits();
+        Self { beyond: sum ^ (WHOLE.to_bits() & !LOW_BITS), floor: sum.wrapping_add_signed(above) }
     }
 }
 
-/// The texels of all lanes.
-#[inline(always)]
-fn look_up(texels: &[[u8; 4]], index: &[u32; BLOCK], out: &mut [[u8; 4]; BLOCK]) {
+/// The texels of all lanes of some blocks.
+///
+/// Not inlined: where the compiler knows AVX-512 it makes gathers of it, which take longer than one load after
+/// the other, and where it is short of registers it keeps them in memory.
+#[inline(never)]
+fn look_up<const N: usize>(
+    texels: &[[u8; 4]],
+    index: &[[u32; BLOCK]; N],
+    out: &mut [[[u8; 4]; BLOCK]; N],
+) {
     // Squares whose sides are a power of two: where the compiler knows the length, it is checked
     // once for all lanes.
     macro_rules! squares {
         ($($side:literal)+) => { $(
             if let Ok(texels) = <&[[u8; 4]; $side * $side]>::try_from(texels) {
                 for (out, index) in out.iter_mut().zip(index) {
-                    *out = texels[*index as usize % ($side * $side)];
+                    for lane in 0..BLOCK {
+                        out[lane] = texels[index[lane] as usize % ($side * $side)];
+                    }
                 }
                 return;
             }
         )+ };
     }
     squares!(64 128 256 512 1024 2048 4096);
-    for (out, index) in out.iter_mut().zip(index) {
+    for (out, index) in out.as_flattened_mut().iter_mut().zip(index.as_flattened()) {
         *out = texels[*index as usize];
     }
 }
@@ -218,6 +283,46 @@ mod tests {
                 let (u, v) = (c / f32::from(width), -c / f32::from(height));
                 let [column, row, ..] = texture.nearest(u, v).map(f64::from);
                 assert_eq!([column, row], [of(u, width), of(v, height)], "{u:e} {v:e}");
+            }
+        }
+    }
+
+    /// One lane of one block that is far off, or none; and a texture of any size.
+    #[test]
+    fn texture_lookups_of_rows_are_those_of_pixels() {
+        for (width, height) in [(8, 4), (6, 5), (64, 64)] {
+            let rows: Vec<[u8; 4]> = (0..width * height).map(|i: u32| i.to_le_bytes()).collect();
+            let texture = Texture::new(width, height, &rows).expect("small");
+            for far in [None, Some((0, 0)), Some((2, 9)), Some((3, 15))] {
+                let mut attributes = [[[0.25; BLOCK]; 3]; ROW];
+                for (i, attributes) in (0_u8..).zip(&mut attributes) {
+                    for lane in 0..BLOCK as u8 {
+                        let at = f32::from(i) + f32::from(lane) / 7.0;
+                        attributes[0][usize::from(lane)] = 1.3 - at * 0.43;
+                        attributes[2][usize::from(lane)] = at * 0.37 - 0.9;
+                    }
+                }
+                if let Some((i, lane)) = far {
+                    attributes[i][2][lane] = 1e9;
+                }
+                let blocks = attributes.each_ref().map(|attributes| Block {
+                    first: [0, 0],
+                    columns: 16,
+                    mask: u16::MAX,
+                    depth: &[0.0; BLOCK],
+                    inv_w: &[0.0; BLOCK],
+                    w: &[0.0; BLOCK],
+                    attributes,
+                });
+                let mut out = [[[0; 4]; BLOCK]; ROW];
+                texture.nearest_row(&blocks, [0, 2], &mut out);
+                let one =
+                    |[u, _, v]: &[[f32; BLOCK]; 3], lane: usize| texture.nearest(u[lane], v[lane]);
+                for (out, attributes) in out.iter().zip(&attributes) {
+                    assert_eq!(*out, core::array::from_fn(|lane| one(attributes, lane)));
+                }
+                texture.nearest_row(&blocks, [0, 3], &mut out);
+                assert_eq!(out, [[texture.nearest(f32::NAN, 0.0); BLOCK]; ROW], "no attribute 3");
             }
         }
     }

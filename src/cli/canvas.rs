@@ -233,7 +233,7 @@ impl<'a> Meter<'a> {
 pub(crate) struct Band<'a> {
     /// Which pixels of the framebuffer they are.
     pub(crate) crop: Crop,
-    background: [u8; 4],
+    pub(crate) background: [u8; 4],
     clear_depth: f32,
     /// RGBA8, if a picture is wanted.
     pub(crate) picture: Option<&'a mut [[u8; 4]]>,
@@ -341,7 +341,7 @@ impl draw::Canvas for Band<'_> {
     fn clear(&mut self) {
         self.meter.add(self.crop.height);
         if let Some(picture) = &mut self.picture {
-            picture.fill(self.background);
+            plane(picture, self.crop).clear(self.background);
         }
         if let Some(depth) = &mut self.depth {
             depth.clear(self.clear_depth);
@@ -349,6 +349,17 @@ impl draw::Canvas for Band<'_> {
         for plane in &mut self.planes {
             plane.clear(self.clear_depth);
         }
+    }
+
+    fn clear_later(&mut self) -> bool {
+        let Some(depth) = self.depth.as_mut().filter(|_| self.planes.is_empty()) else {
+            return false;
+        };
+        let later = depth.clear_later(self.clear_depth);
+        if later {
+            self.meter.add(self.crop.height);
+        }
+        later
     }
 }
 

@@ -9,7 +9,7 @@
 //! So only what is drawn most has a [`Picture`] of its own, and all else is [`Data`].
 
 use hyperspan::draw::Paint;
-use hyperspan::shade::{BLOCK, Block, Inputs, Shader, unorm8};
+use hyperspan::shade::{BLOCK, Block, Inputs, ROW, Shader, unorm8};
 use hyperspan::target::{DepthBuffer, Plane};
 use hyperspan::varying::CANONICAL_NAN;
 
@@ -39,6 +39,14 @@ pub(crate) trait Colour: Sync {
             *pixel = [unorm8(r), unorm8(g), unorm8(b), 255];
         }
     }
+
+    /// The same of all lanes of some blocks.
+    #[inline(always)]
+    fn rgba8_row(&self, blocks: &[Block<'_>; ROW], out: &mut [[[u8; 4]; BLOCK]; ROW]) {
+        for (block, out) in blocks.iter().zip(out) {
+            self.rgba8(block.attributes, block.mask, out);
+        }
+    }
 }
 
 /// What a loop is compiled for.
@@ -61,6 +69,11 @@ impl<C: Colour + Reads> Shader for Picture<'_, C> {
         self.0.rgba8(block.attributes, block.mask, out);
         block.mask
     }
+
+    #[inline(always)]
+    fn shade_row(&mut self, blocks: &[Block<'_>; ROW], out: &mut [[[u8; 4]; BLOCK]; ROW]) {
+        self.0.rgba8_row(blocks, out);
+    }
 }
 
 /// Which of a polygon's attributes are what; nothing for what it has not.
@@ -80,6 +93,7 @@ pub(crate) struct PaintPicture<'a, C>(pub(crate) &'a C);
 
 impl<'a, 'b, C: Colour + Reads> Paint<Band<'b>> for PaintPicture<'a, C> {
     const REPLACES: bool = true;
+    const CLEARS: bool = true;
 
     type Shader<'c>
         = Picture<'c, C>
@@ -98,7 +112,7 @@ impl<'a, 'b, C: Colour + Reads> Paint<Band<'b>> for PaintPicture<'a, C> {
     ) -> (Picture<'c, C>, Plane<'c, [u8; 4]>, Option<DepthBuffer<'c>>) {
         let picture = band.picture.as_deref_mut().unwrap_or_default();
         let depth = band.depth.as_mut().map(DepthBuffer::reborrow);
-        (Picture(self.0), plane(picture, band.crop), depth)
+        (Picture(self.0), plane(picture, band.crop).with_background(band.background), depth)
     }
 }
 
@@ -166,6 +180,7 @@ pub(crate) struct PaintDepth;
 
 impl<'b> Paint<Band<'b>> for PaintDepth {
     const REPLACES: bool = true;
+    const CLEARS: bool = true;
 
     type Shader<'c>
         = Coverage<'c>

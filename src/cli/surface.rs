@@ -5,7 +5,7 @@
 //! (Gouraud).
 
 use glam::DVec3;
-use hyperspan::shade::BLOCK;
+use hyperspan::shade::{BLOCK, Block, ROW};
 use hyperspan::texture::Texture;
 
 use crate::camera::Camera;
@@ -135,6 +135,11 @@ impl Colour for Textured<'_> {
     #[inline(always)]
     fn rgba8(&self, attributes: &[[f32; BLOCK]], mask: u16, out: &mut [[u8; 4]; BLOCK]) {
         self.texture.nearest_block(&attributes[0], &attributes[1], mask, out);
+    }
+
+    #[inline(always)]
+    fn rgba8_row(&self, blocks: &[Block<'_>; ROW], out: &mut [[[u8; 4]; BLOCK]; ROW]) {
+        self.texture.nearest_row(blocks, [0, 1], out);
     }
 }
 

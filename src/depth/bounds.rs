@@ -10,7 +10,7 @@
 
 use alloc::vec::Vec;
 
-use super::Compare;
+use super::{Compare, Unclear};
 
 /// The side of a tile, in pixels.
 pub(crate) const SIDE: u32 = 16;
@@ -32,6 +32,8 @@ pub struct DepthBounds {
     width: u32,
     height: u32,
     tiles: Vec<Tile>,
+    /// For each row, where it has not been cleared yet: see [`Unclear`].
+    unclear: Vec<[u32; 2]>,
 }
 
 /// The bounds of a depth buffer, or of some of its rows.
@@ -40,6 +42,7 @@ pub(crate) struct TileRows<'a> {
     /// Tiles in a row of them.
     columns: usize,
     tiles: &'a mut [Tile],
+    pub(crate) unclear: Unclear<'a>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -110,7 +113,7 @@ impl DepthBounds {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.tiles.capacity() * size_of::<Tile>()
+        self.tiles.capacity() * size_of::<Tile>() + self.unclear.capacity() * size_of::<[u32; 2]>()
     }
 
     /// For a buffer of this size; of any other they know nothing.
@@ -120,8 +123,11 @@ impl DepthBounds {
             (self.width, self.height) = (width, height);
             self.tiles.clear();
             self.tiles.resize(columns * height.div_ceil(SIDE) as usize, Tile::UNKNOWN);
+            self.unclear.clear();
+            self.unclear.resize(height as usize, [0; 2]);
         }
-        TileRows { columns, tiles: &mut self.tiles }
+        let unclear = Unclear::nothing(&mut self.unclear);
+        TileRows { columns, tiles: &mut self.tiles, unclear }
     }
 
     /// Says that all depths have been cleared to one value, while the bounds were not attached.
@@ -133,25 +139,31 @@ impl DepthBounds {
 impl<'a> TileRows<'a> {
     /// The same, borrowed for a while.
     pub(crate) fn reborrow(&mut self) -> TileRows<'_> {
-        TileRows { columns: self.columns, tiles: self.tiles }
+        let unclear = self.unclear.reborrow();
+        TileRows { columns: self.columns, tiles: self.tiles, unclear }
     }
 
     /// The bounds of the rows above `row` and of the others, of `height` in all; nothing if it cuts
     /// tiles: then nothing is known of any, from now on.
     pub(crate) fn split_at_row(self, row: u32, height: u32) -> Option<(Self, Self)> {
-        let Self { columns, tiles } = self;
+        let Self { columns, tiles, unclear } = self;
         let at = (row.div_ceil(SIDE) as usize).saturating_mul(columns).min(tiles.len());
         if !row.is_multiple_of(SIDE) && row < height {
             tiles.fill(Tile::UNKNOWN);
             return None;
         }
         let (above, below) = tiles.split_at_mut(at);
-        Some((Self { columns, tiles: above }, Self { columns, tiles: below }))
+        let (unclear, unclear_below) = unclear.split_at_row(row);
+        Some((
+            Self { columns, tiles: above, unclear },
+            Self { columns, tiles: below, unclear: unclear_below },
+        ))
     }
 
     /// All depths are the same now.
     pub(crate) fn clear(&mut self) {
         self.tiles.fill(Tile::CLEARED);
+        self.unclear.forget();
     }
 
     /// The depths of row `y` may have changed.

@@ -33,6 +33,14 @@ pub trait Call<C: Canvas>: Sync {
     #[doc(hidden)]
     fn role(&self, canvas: &mut C) -> (Role, Option<(u32, u32)>);
 
+    /// May a canvas be cleared later that it draws on?
+    #[doc(hidden)]
+    fn clears(&self) -> bool;
+
+    /// Clears what is left to be cleared.
+    #[doc(hidden)]
+    fn clear_rest(&self, canvas: &mut C);
+
     /// Lists what may hold large polygons.
     #[doc(hidden)]
     fn survey(&self, surveying: Surveying<'_>);
@@ -104,6 +112,17 @@ impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
             (true, true) => Role::Hides,
         };
         (role, depth.map(|depth| depth.dimensions()))
+    }
+
+    fn clears(&self) -> bool {
+        P::CLEARS
+    }
+
+    fn clear_rest(&self, canvas: &mut C) {
+        let (_, mut target, depth) = self.paint.open(canvas);
+        if let Some(mut depth) = depth {
+            depth.clear_rest(&mut target);
+        }
     }
 
     fn survey(&self, surveying: Surveying<'_>) {

@@ -15,6 +15,14 @@ pub trait Canvas: Sized + Send {
     /// Makes it what it is before anything is drawn. It is called once for each band, right
     /// before that is drawn, so that what is cleared is still in the cache.
     fn clear(&mut self);
+
+    /// Instead of [`clear`](Self::clear): lets drawing clear what it has to, and says whether it will
+    /// ([`DepthBuffer::clear_later`]). What large polygons cover is not cleared then, nor compared with what it
+    /// was cleared to, which saves a tenth of the time of a picture that they fill. Only called in lists of few
+    /// polygons, if every paint [allows it](Paint::CLEARS).
+    fn clear_later(&mut self) -> bool {
+        false
+    }
 }
 
 /// What polygons are drawn with on canvases of the type `C`: a shader, and which parts of the
@@ -31,6 +39,11 @@ pub trait Paint<C: Canvas>: Sync {
     /// need not be drawn before, if the depth buffer has bounds and the depth test lets the nearer
     /// pass.
     const REPLACES: bool = false;
+
+    /// May the canvas be [cleared later](Canvas::clear_later)? Only if `open` hands out all of it that is to be
+    /// cleared, as a target with a [`background`](Target::background) and a depth buffer with bounds, and
+    /// looks at none of it, and the shader neither.
+    const CLEARS: bool = false;
 
     /// Stores them.
     type Target<'c>: Target<Pixel = <Self::Shader<'c> as Shader>::Pixel>
@@ -53,6 +66,11 @@ pub trait Rows: Target + Sized {
 
     /// Sets every pixel.
     fn clear(&mut self, pixel: Self::Pixel);
+
+    /// Makes `pixel` the [`background`](Target::background), if that is possible.
+    fn set_background(&mut self, _pixel: Self::Pixel) -> bool {
+        false
+    }
 }
 
 impl<P: Copy + Default + 'static> Rows for Plane<'_, P> {
@@ -63,6 +81,11 @@ impl<P: Copy + Default + 'static> Rows for Plane<'_, P> {
     fn clear(&mut self, pixel: P) {
         Plane::clear(self, pixel);
     }
+
+    fn set_background(&mut self, pixel: P) -> bool {
+        *self = core::mem::take(self).with_background(pixel);
+        true
+    }
 }
 
 impl Rows for () {
@@ -71,6 +94,10 @@ impl Rows for () {
     }
 
     fn clear(&mut self, (): ()) {}
+
+    fn set_background(&mut self, (): ()) -> bool {
+        true
+    }
 }
 
 macro_rules! tuple_rows {
@@ -83,6 +110,10 @@ macro_rules! tuple_rows {
 
             fn clear(&mut self, pixel: Self::Pixel) {
                 $(self.$i.clear(pixel.$i);)+
+            }
+
+            fn set_background(&mut self, pixel: Self::Pixel) -> bool {
+                $(self.$i.set_background(pixel.$i))&&+
             }
         }
     };
@@ -139,6 +170,13 @@ where
             }
         }
     }
+
+    fn clear_later(&mut self) -> bool {
+        let (Some((pixel, far)), Some(depth)) = (self.clear, &mut self.depth) else { return false };
+        // What has no size need not be cleared.
+        let is_same = self.target.size() == depth.dimensions() || size_of::<T::Pixel>() == 0;
+        is_same && self.target.set_background(pixel) && depth.clear_later(far)
+    }
 }
 
 /// Draws on a [`Screen`] with a copy of the shader for each band.
@@ -152,6 +190,7 @@ where
     S: Shader<Pixel = T::Pixel> + Clone + Sync,
 {
     const REPLACES: bool = T::REPLACES;
+    const CLEARS: bool = true;
 
     type Shader<'c>
         = S

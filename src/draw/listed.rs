@@ -104,6 +104,7 @@ impl<'a, B: Batch + ?Sized> Listed<'a, B> {
             let Self { batch, first, count, entries } = *self;
             let asked = tiler.asked::<S>(depth.as_deref());
             tiler.look_at::<EIGHT, _, _>(simd, self, count, window);
+            tiler.clear_under_small(target, depth.as_deref_mut());
             for (k, entry) in entries.iter().enumerate().take(count) {
                 let i = first + entry.polygon;
                 shader.start(i);

@@ -38,6 +38,10 @@ const BANDS_PER_THREAD: usize = 8;
 /// Rows of a band are a multiple of this, so that none cuts a tile of depth bounds.
 const ROW_STEP: u32 = 16;
 
+/// Of more polygons most are small, or cover little that others have not covered: nothing is won by a clear
+/// that is put off for them.
+const FEW: usize = 256;
+
 /// Draws lists of polygons; keeps its buffers from one frame to the next, so that a frame like the
 /// one before allocates nothing.
 #[derive(Debug)]
@@ -131,12 +135,15 @@ impl Frame {
                 self.draw_in_bands(canvas, calls, bands, window, occluders);
             } else {
                 // One thread has nothing to sort: all in the order in which it comes.
-                canvas.clear();
+                let rest = clear(&mut canvas, calls, tiler.skips_hidden());
                 if let (Some(occluders), Some(call)) = (occluders, calls.first()) {
                     call.limit(&mut canvas, Limits { occluders, row: 0 });
                 }
                 for call in calls {
                     call.draw(tiler, &mut canvas);
+                }
+                if let Some(call) = rest {
+                    call.clear_rest(&mut canvas);
                 }
             }
         }
@@ -169,7 +176,7 @@ impl Frame {
 
         let weights = |band| self.bins.iter().map(move |bins| bins.weight(band)).sum::<usize>();
         let words: usize = (0..bands.count).map(weights).sum();
-        let fair = words / (4 * self.workers.len()) + 1024;
+        let fair = words / (2 * self.workers.len()) + 1024;
         let Self { workers, bins, chunks, .. } = self;
         let painter = Painter { workers, bins, chunks, calls, occluders, bands, fair };
         let part = Part { first_band: 0, end_band: bands.count, first_row: 0, end_row: height };
@@ -218,6 +225,21 @@ impl Frame {
         bytes += self.bins.iter().map(Bins::bytes).sum::<usize>();
         self.stats.peak_bytes += bytes as u64;
     }
+}
+
+/// Clears `canvas`, or has it cleared later, if that `may` be: then by the call that it returns, too.
+fn clear<'a, C: Canvas>(
+    canvas: &mut C,
+    calls: &[&'a dyn Call<C>],
+    may: bool,
+) -> Option<&'a dyn Call<C>> {
+    let few = calls.iter().map(|call| call.len()).sum::<usize>() <= FEW;
+    let call = calls.first().filter(|_| may && few && calls.iter().all(|call| call.clears()));
+    let later = call.filter(|_| canvas.clear_later());
+    if later.is_none() {
+        canvas.clear();
+    }
+    later.copied()
 }
 
 impl Bands {

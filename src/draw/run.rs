@@ -5,7 +5,7 @@ use super::call::{Call, Painting};
 use super::canvas::Canvas;
 use super::listed::Sorting;
 use super::occlude::Limits;
-use super::{Bands, Chunk, Hand, ROW_STEP};
+use super::{Bands, Chunk, Hand, ROW_STEP, clear};
 use crate::depth::Occluders;
 use crate::space::PixelRect;
 
@@ -100,7 +100,8 @@ pub(super) struct Painter<'a, C> {
     /// What hides others of what they draw.
     pub(super) occluders: Option<&'a Occluders>,
     pub(super) bands: Bands,
-    /// More than this is too much for one thread, if others wait.
+    /// More than this is too much for one thread, if others wait: not much less, since what is cut is gone
+    /// through by each part.
     pub(super) fair: usize,
 }
 
@@ -161,7 +162,7 @@ impl<C: Canvas> Painter<'_, C> {
         let band = part.first_band;
         let [x, y] = self.bands.origin;
         let is_top = u32::try_from(band).is_ok_and(|band| part.first_row == band * self.bands.rows);
-        canvas.clear();
+        let rest = clear(&mut canvas, self.calls, hand.tiler.skips_hidden());
         if let (Some(occluders), Some(call)) = (self.occluders, self.calls.first()) {
             call.limit(&mut canvas, Limits { occluders, row: part.first_row / ROW_STEP });
         }
@@ -194,6 +195,9 @@ impl<C: Canvas> Painter<'_, C> {
                 entries,
             };
             self.calls[call].paint(painting, &mut canvas);
+        }
+        if let Some(call) = rest {
+            call.clear_rest(&mut canvas);
         }
     }
 }

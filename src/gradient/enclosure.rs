@@ -6,6 +6,7 @@
 
 use super::frame::Linear;
 use super::{Field, Gradients, Quantity, Subject, WITHIN_ULP, nearest_f32};
+use crate::space::PixelRect;
 
 /// Two units in the last place, relatively, and of the smallest numbers: one for the value, one
 /// for the rounding here.
@@ -21,13 +22,27 @@ pub(crate) struct Enclosure {
     /// How far a value may be from it; infinite if nothing is known but the range.
     slack: f64,
     range: [f32; 2],
+    /// The pixel that it counts from, in the framebuffer.
+    pub(crate) anchor: [i32; 2],
 }
 
 impl Enclosure {
     /// Of values between `range` and no more.
     #[inline(always)]
     fn whole(range: [f32; 2]) -> Self {
-        Self { linear: Linear::default(), slack: f64::INFINITY, range }
+        Self { linear: Linear::default(), slack: f64::INFINITY, range, anchor: [0; 2] }
+    }
+
+    /// At `pixels` of the framebuffer; there is at least one.
+    #[inline(always)]
+    pub(crate) fn over_pixels(&self, pixels: PixelRect) -> [f32; 2] {
+        let PixelRect { x0, y0, x1, y1 } = pixels;
+        let from_anchor = |c: i32, k: usize| f64::from(c.wrapping_sub(self.anchor[k]));
+        let (u, v) = (
+            [from_anchor(x0, 0), from_anchor(x1 - 1, 0)],
+            [from_anchor(y0, 1), from_anchor(y1 - 1, 1)],
+        );
+        self.over(u, v)
     }
 
     /// At the pixels from the first to the second of `u` columns and `v` rows from the anchor.
@@ -64,12 +79,13 @@ impl Gradients {
     /// Of depth or 1/w, once set up.
     #[inline(always)]
     pub(crate) fn enclosure(&self, quantity: Quantity, subject: &Subject<'_>) -> Enclosure {
+        let anchor = self.anchor.pixel;
         match self.field(quantity) {
             Some(Field::Constant(value)) => Enclosure::whole([*value; 2]),
             Some(Field::Plain(plain)) if !plain.over_w => {
                 // Twice the error.
                 let slack = plain.doubtful_below * (2.0 / WITHIN_ULP);
-                Enclosure { linear: plain.numerator, slack, range: plain.range }
+                Enclosure { linear: plain.numerator, slack, range: plain.range, anchor }
             }
             Some(Field::Strict(strict)) if !strict.over_w => {
                 // Beyond the plane's horizon it is a vertex's value.
@@ -81,6 +97,7 @@ impl Gradients {
                     linear: strict.numerator.scaled(strict.scale),
                     slack,
                     range: strict.range,
+                    anchor,
                 }
             }
             Some(Field::Across(_, range)) => Enclosure::whole(*range),

@@ -19,18 +19,21 @@ use crate::aligned::LaneMemory;
 use crate::depth::{Compare, DepthSource, DepthTest};
 use crate::edge::Span;
 use crate::gradient::Quantity;
+use crate::gradient::enclosure::Enclosure;
 use crate::lanes::{Narrow, bits_of};
 use crate::patch::Patches;
 use crate::row::AlongSpans;
 use crate::settle::Walked;
 use crate::shade::{BLOCK, Block, Inputs, Shader};
+use crate::space::PixelRect;
 use crate::span::{Values, Walker};
 use crate::target::{DepthBuffer, Target};
 
 /// The covered pixels of a polygon.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Covered<'a> {
-    Spans(&'a [Span]),
+    /// And what their depths lie between, if there may be rows that have not been cleared.
+    Spans(&'a [Span], Option<Enclosure>),
     Patches(&'a Patches),
     /// The same pixels in either way: by their patches, unless attributes need spans.
     Packed(&'a Patches, &'a [Span]),
@@ -44,6 +47,16 @@ pub(crate) struct Placement {
     /// The framebuffer position of the target's first pixel.
     pub(crate) origin: [i32; 2],
     pub(crate) test: DepthTest,
+}
+
+impl Placement {
+    /// The rows of the target, first and last, in which pixels `within` the framebuffer lie. They may begin
+    /// above it.
+    #[inline(always)]
+    pub(crate) fn rows(&self, within: PixelRect) -> [u32; 2] {
+        let row = |y: i32| y.saturating_sub(self.origin[1]).max(0).cast_unsigned();
+        [row(within.y0), row(within.y1.saturating_sub(1))]
+    }
 }
 
 /// Paints on the instruction set `level`. Returns how many pixels were shaded, and how many
@@ -70,20 +83,20 @@ pub(crate) fn paint<S: Shader, T: Target<Pixel = S::Pixel>>(
     let mut canvas = Canvas { brush, target };
     let mut depth = depth;
     dispatch!(level, simd => {
-        let (spans, mut walked) = match covered {
-            Covered::Spans(spans) => (spans, walked),
+        let (spans, unclear, mut walked) = match covered {
+            Covered::Spans(spans, unclear) => (spans, unclear, walked),
             Covered::Patches(patches) | Covered::Packed(patches, _) => {
                 let mut walker = Walker::over_patches(simd, walked);
                 let done = canvas.paint_patches(&mut walker, patches, depth.as_deref_mut());
                 match covered {
-                    Covered::Packed(_, spans) if !done => (spans, walker.polygon),
+                    Covered::Packed(_, spans) if !done => (spans, None, walker.polygon),
                     _ => return (canvas.brush.shaded, walker.exact_values()),
                 }
             }
         };
         walked.columns = BLOCK as u16;
         let walker = AlongSpans::new(simd, walked, tested.map(quantity_of));
-        canvas.paint_spans(walker, spans, depth)
+        canvas.paint_spans(walker, spans, unclear.as_ref(), depth)
     })
 }
 
@@ -210,6 +223,27 @@ impl Lanes<'_> {
         let BlockAt { first, columns, mask, .. } = at;
         let Self { depth, inv_w, w, .. } = self;
         Block { first, columns, mask, depth, inv_w, w, attributes }
+    }
+
+    /// A block of a row of which all lanes are drawn: what the depth test compared is `tested`, if a shader
+    /// with these `inputs` reads it.
+    #[inline(always)]
+    fn whole_block<'b>(
+        &'b self,
+        first: [i32; 2],
+        inputs: Inputs,
+        tested: &'b [f32; BLOCK],
+        attributes: Range<usize>,
+    ) -> Block<'b> {
+        Block {
+            first,
+            columns: BLOCK as u16,
+            mask: u16::MAX,
+            depth: if inputs.depth { tested } else { &self.depth },
+            inv_w: if inputs.inv_w { tested } else { &self.inv_w },
+            w: &self.w,
+            attributes: &self.attributes[attributes],
+        }
     }
 
     /// What the depth test compares, to be found.

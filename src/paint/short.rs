@@ -48,7 +48,9 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                     let quantity = quantity_of(test.source);
                     walker.decide(0, quantity, row.span, mask, &mut found);
                 }
-                mask &= passing_lanes(simd, test.compare, &found, stored);
+                if !row.passes {
+                    mask &= passing_lanes(simd, test.compare, &found, stored);
+                }
             }
             if mask != 0 {
                 if count != 0 {

@@ -8,9 +8,11 @@ use super::{BlockAt, Brush, Canvas, passing_lanes, quantity_of};
 use crate::along::AHEAD;
 use crate::depth::DepthSource;
 use crate::edge::Span;
+use crate::gradient::enclosure::Enclosure;
 use crate::prepared::FUNCTIONS;
 use crate::row::AlongSpans;
 use crate::shade::{BLOCK, Shader};
+use crate::space::PixelRect;
 use crate::span::Values;
 use crate::target::{DepthBuffer, Target, copy_run};
 
@@ -24,6 +26,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         mut self,
         mut walker: AlongSpans<'_, L>,
         spans: &[Span],
+        unclear: Option<&Enclosure>,
         mut depth: Option<&mut DepthBuffer<'_>>,
     ) -> (u64, u64) {
         let (corner, origin) = (self.brush.place.corner, self.brush.place.origin);
@@ -41,7 +44,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
             // What is found lane by lane may begin anywhere.
             let x = if walker.short { start } else { start & !(BLOCK_COLUMNS - 1) };
             let (first, last) = (start - x, end - x);
-            let row = Row {
+            let mut row = Row {
                 span,
                 first: [x, y],
                 column: x.wrapping_sub(origin[0]),
@@ -50,7 +53,14 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 blocks: (last + BLOCK_COLUMNS - 1) / BLOCK_COLUMNS,
                 from: u16::MAX << first,
                 to: u16::MAX >> (-last & (BLOCK_COLUMNS - 1)),
+                passes: false,
             };
+            // Where nothing has been cleared, depths are found and stored, but not compared.
+            if let (Some(depths), Some(buffer)) = (unclear, depth.as_deref_mut()) {
+                let pixels = PixelRect { x0: start, y0: y, x1: end, y1: y + 1 };
+                let compare = self.brush.place.test.compare;
+                row.passes = buffer.take_unclear(self.target, pixels, origin, depths, compare);
+            }
             let mut depths = depth.as_deref_mut().map(|buffer| buffer.tested_row_mut(row.row));
             walker.seek(row.first);
             let within = row.within(width);
@@ -103,7 +113,6 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
     ) -> i32 {
         let (test, inputs) = (self.brush.place.test, S::INPUTS);
         let (has_depth, first_block) = (depths.is_some(), range.start);
-        let (reads_z, reads_inv_w) = (inputs.depth, inputs.inv_w);
         let Some((pixels, stored)) = blocks(self.target, row, range, depths) else { return 0 };
         let count = pixels.len();
         let simd = walker.simd();
@@ -132,7 +141,9 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 if let (Some(off_middle), Some(stored)) = (usual, four) {
                     for i in 0..AHEAD {
                         ahead.lanes(simd, i, off_middle).store_array(&mut found[i]);
-                        masks[i] &= passing_lanes(simd, test.compare, &found[i], &stored[i]);
+                        if !row.passes {
+                            masks[i] &= passing_lanes(simd, test.compare, &found[i], &stored[i]);
+                        }
                         any |= masks[i] != 0;
                     }
                 } else {
@@ -146,7 +157,9 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                             let (quantity, blocks) = (quantity_of(test.source), (done + i) as i32);
                             walker.decide(blocks, quantity, row.span, masks[i], &mut found[i]);
                         }
-                        masks[i] &= passing_lanes(simd, test.compare, &found[i], stored);
+                        if !row.passes {
+                            masks[i] &= passing_lanes(simd, test.compare, &found[i], stored);
+                        }
                         any |= masks[i] != 0;
                     }
                 }
@@ -191,19 +204,17 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                         stored.copy_from_slice(&found);
                     }
                     let Brush { lanes, shader, .. } = &mut self.brush;
-                    let all: &[_] = lanes.attributes;
-                    for (i, pixels) in pixels.iter_mut().enumerate() {
-                        match test.source {
-                            DepthSource::Z if reads_z => lanes.depth = found[i],
-                            DepthSource::InvW if reads_inv_w => lanes.inv_w = found[i],
-                            _ => {}
-                        }
+                    let block = |i: usize| {
                         let first = [row.column_at(first_block + (done + i) as i32), row.first[1]];
-                        let mask = u16::MAX;
-                        let block = BlockAt { first, columns: 16, span: Some(row.span), mask };
-                        let attributes = &all[i * stride..i * stride + count];
-                        shader.shade(&lanes.block(block, attributes), pixels);
-                    }
+                        lanes.whole_block(
+                            first,
+                            S::INPUTS,
+                            &found[i],
+                            i * stride..i * stride + count,
+                        )
+                    };
+                    let blocks = [block(0), block(1), block(2), block(3)];
+                    shader.shade_row(&blocks, pixels);
                     done += some;
                     middle += (some * BLOCK) as f64;
                     continue;
@@ -249,7 +260,9 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
             let last = BLOCK - mask.leading_zeros() as usize;
             let start = row.column_of(i, first) as usize;
             copy_run(&depths[start..start + last - first], &mut stored[first..last]);
-            mask &= passing_lanes(simd, test.compare, found, &stored);
+            if !row.passes {
+                mask &= passing_lanes(simd, test.compare, found, &stored);
+            }
         }
         if mask == 0 {
             return;
@@ -329,6 +342,8 @@ pub(super) struct Row<'a> {
     /// The covered lanes of the first block, and of the last.
     from: u16,
     to: u16,
+    /// Do all of its pixels pass the depth test, whatever is stored?
+    pub(super) passes: bool,
 }
 
 impl Row<'_> {

@@ -41,6 +41,9 @@ use scan::{Counts, Taken, may_be_packed, pack};
 use small::Next;
 use tiles::TestedSpans;
 
+/// A clear is put off for polygons of which a span has so many pixels, on the average.
+const LONG: u64 = 512;
+
 /// Draws polygons: holds the viewport, the settings, the counts and the buffers that are reused
 /// from one polygon to the next.
 #[derive(Debug)]
@@ -124,6 +127,7 @@ impl Tiler {
         let outcome = if subnormal::are_kept() {
             let asked = self.asked::<S>(depth.as_deref());
             let next = self.look_at_one(polygon, window, asked, depth.as_deref_mut());
+            self.clear_under_small(target, depth.as_deref_mut());
             dispatch!(self.simd.0, simd => {
                 self.follow(simd, next, &One(polygon), 0, window, shader, target, depth)
             })
@@ -280,17 +284,29 @@ impl Tiler {
             None if may_be_packed(gradients) => pack(spans, taken.seen, place.corner),
             _ => None,
         };
+        let mut unclear = None;
+        let rows = place.rows(counts.within);
+        if let Some(buffer) = depth.as_deref_mut().filter(|buffer| buffer.may_be_unclear(rows)) {
+            // Short pieces in many rows are all over memory: that is faster cleared from end to end.
+            let is_long = packed.is_none() && counts.pixels >= LONG * counts.spans;
+            let passes = is_long && S::KEEPS_ALL && place.test.write && buffer.is_unclear(rows);
+            unclear = tested.as_ref().filter(|_| passes).map(|tested| tested.depths);
+            if unclear.is_none() {
+                buffer.clear_rows(target, rows);
+            }
+        }
         let walked = Walked::new(&subject, gradients, &mut self.clipper);
         let covered = match (patches, &packed) {
             (Some(patches), _) => Covered::Patches(patches),
             (None, Some(packed)) => Covered::Packed(packed, spans),
-            (None, None) => Covered::Spans(spans),
+            (None, None) => Covered::Spans(spans, unclear),
         };
         let drawn = depth.as_deref_mut();
         let (shaded, exact_values) =
             paint(self.simd.0, walked, covered, place, attributes, shader, target, drawn);
         if let (Some(tested), Some(buffer)) = (tested, depth) {
             tested.wrote(spans, buffer, shaded, S::KEEPS_ALL);
+            self.stats.pixels_not_cleared += buffer.take_drawn_unclear();
         }
         self.stats.exact_values += exact_values;
         self.count_pixels(counts, shaded);
@@ -321,7 +337,8 @@ impl Tiler {
     #[inline(always)]
     fn placement(&self) -> Placement {
         let corner = self.viewport.rect();
-        Placement { corner: [corner.x0, corner.y0], origin: self.origin, test: self.depth_test }
+        let (corner, origin) = ([corner.x0, corner.y0], self.origin);
+        Placement { corner, origin, test: self.depth_test }
     }
 
     /// Bytes that the buffers hold.

@@ -93,10 +93,17 @@ impl Tiler {
     }
 
     /// Is what is surely hidden left out before it is set up, where the depth buffer has bounds
-    /// ([`DepthBuffer::with_bounds`](crate::target::Plane::with_bounds))? It is unless set; no byte depends on it.
+    /// ([`DepthBuffer::with_bounds`](crate::target::Plane::with_bounds)), and what a draw list hides not even
+    /// cleared ([`Canvas::clear_later`](crate::draw::Canvas::clear_later))? It is unless set; no byte depends on
+    /// it.
     pub fn set_hidden_skips(&mut self, skip: bool) -> &mut Self {
         self.hides = skip;
         self
+    }
+
+    /// Is what is hidden left out?
+    pub(crate) fn skips_hidden(&self) -> bool {
+        self.hides
     }
 
     /// Counts since the tiler was made or since [`reset_stats`](Self::reset_stats).

@@ -62,6 +62,26 @@ impl Tiler {
         }
     }
 
+    /// Clears what has not been cleared in the rows of the small polygons that have been looked at.
+    #[inline(always)]
+    pub(crate) fn clear_under_small<T: Target>(
+        &self,
+        target: &mut T,
+        depth: Option<&mut DepthBuffer<'_>>,
+    ) {
+        if let Some(buffer) = depth.filter(|buffer| buffer.may_be_unclear([0, u32::MAX - 1])) {
+            let Bunch { sights, found, count, .. } = &self.bunch;
+            let place = self.placement();
+            for (sight, found) in sights.iter().zip(found).take(*count) {
+                let rows = place.rows(found.bounds);
+                let is_small = matches!(sight, Sight::Pixels | Sight::PixelsOfQuad);
+                if is_small && buffer.may_be_unclear(rows) {
+                    buffer.clear_rows(target, rows);
+                }
+            }
+        }
+    }
+
     /// Looks at as many polygons as there are lanes, but not at their pixels.
     #[inline(always)]
     pub(crate) fn look_from_outside<const LANES: usize, L: Simd, P: Several>(

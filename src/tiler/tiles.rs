@@ -15,9 +15,7 @@ use crate::target::DepthBuffer;
 
 /// What is compared at a polygon's pixels, where the polygon is drawn by spans.
 pub(super) struct TestedSpans {
-    depths: Enclosure,
-    /// The pixel that it counts from, in the framebuffer.
-    anchor: [i32; 2],
+    pub(super) depths: Enclosure,
     place: Placement,
     /// How many are covered, and where.
     pixels: u64,
@@ -97,16 +95,13 @@ impl TestedSpans {
             DepthSource::InvW => Quantity::InvW,
         };
         let depths = gradients.enclosure(quantity, subject);
-        Self { depths, anchor: gradients.anchor.pixel, place, pixels, within }
+        Self { depths, place, pixels, within }
     }
 
     /// The pixels that all lie in, and what their depths lie between.
     fn whole(&self) -> Option<(Area, [f32; 2])> {
-        let PixelRect { x0, y0, x1, y1 } = self.within;
-        let from_anchor = |c: i32, k: usize| f64::from(c - self.anchor[k]);
-        let u = [from_anchor(x0, 0), from_anchor(x1 - 1, 0)];
-        let v = [from_anchor(y0, 1), from_anchor(y1 - 1, 1)];
-        Some((Area::new(self.within, self.place.origin)?, self.depths.over(u, v)))
+        let area = Area::new(self.within, self.place.origin)?;
+        Some((area, self.depths.over_pixels(self.within)))
     }
 
     /// Takes what is surely hidden out of `spans`, and says whether that is all; `spare` is
@@ -145,7 +140,7 @@ impl TestedSpans {
             let start = spans.iter().map(|span| span.start).min()?;
             let end = spans.iter().map(|span| span.end).max()?;
             let from_anchor =
-                |c: i32, k: usize| f64::from(c + self.place.corner[k] - self.anchor[k]);
+                |c: i32, k: usize| f64::from(c + self.place.corner[k] - self.depths.anchor[k]);
             Some(Band {
                 spans,
                 columns: [self.column(start), self.column(start) + start.abs_diff(end)],

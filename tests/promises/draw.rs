@@ -188,15 +188,61 @@ fn depth_tests() -> impl Strategy<Value = DepthTest> {
 /// whatever is in the buffer before, and on any number of threads.
 #[test]
 fn draw_lists_leave_out_what_is_hidden_in_the_end() {
+    let [left_out, _] = leave_out("hidden_in_the_end", SIZE, 1200);
+    left_out.report("lists of which something was left out", 300);
+}
+
+/// P6: what long spans cover is not cleared before, and no byte changes.
+#[test]
+fn draw_lists_do_not_clear_what_they_cover() {
+    let [_, not_cleared] = leave_out("not_cleared", [1400, 35], 600);
+    not_cleared.report("lists of which something was not cleared", 60);
+}
+
+/// A triangle that begins above the target was taken for one that has no rows: its own were not cleared.
+#[test]
+fn draw_lists_clear_under_small_polygons_at_the_edge() {
+    let corner = |x: f64, y: f64| Vertex::new([x, y, 0.25, 1.0], [1.0, 1.0]);
+    let triangle = vec![corner(-0.98, 1.0), corner(-1.02, 0.98), corner(-1.02, 1.02)];
+    let calls: Calls = vec![(vec![triangle], false)];
+    let viewport = Viewport::new(0, 0, SIZE[0], SIZE[1]).expect("small");
+    let area = (SIZE[0] * SIZE[1]) as usize;
+    let draw = |skips: bool| {
+        let mut tiler = Tiler::new(viewport);
+        tiler.set_hidden_skips(skips);
+        let (mut bounds, mut picture, mut depths) =
+            (DepthBounds::new(), vec![[9; 3]; area], vec![0.0; area]);
+        let screen = Screen {
+            target: Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size"),
+            depth: Some(
+                Plane::new(&mut depths, SIZE[0], SIZE[1])
+                    .expect("its size")
+                    .with_bounds(&mut bounds),
+            ),
+            clear: Some(([0; 3], 1.0)),
+        };
+        draw_calls(&mut Frame::new(tiler), screen, &calls);
+        bits((picture, depths))
+    };
+    let (drawn, expected) = (draw(true), draw(false));
+    assert!(drawn == expected);
+    assert!(drawn.0.iter().any(|pixel| *pixel != [0; 3]), "it covers something");
+}
+
+/// Lists that leave something out, and such that do not clear all, of `cases` on canvases of this size.
+fn leave_out(name: &'static str, [width, height]: [u32; 2], cases: u32) -> [Tally; 2] {
     let stored = prop_oneof![Just(f32::NAN), Just(0.0_f32), Just(1.0), 0.0..1.0_f32];
-    let clear = prop::option::of(prop_oneof![Just(0.0_f32), Just(1.0)]);
+    let clear =
+        prop_oneof![3 => Just(0.0_f32), 3 => Just(1.0), 2 => 0.0..1.0_f32, 1 => Just(f32::NAN)];
+    let clear = prop::option::weighted(0.8, clear);
     let strategy = (overlapping(), depth_tests(), any::<bool>(), stored, clear);
-    let left_out = Tally::default();
-    let cases = check(file!(), "hidden_in_the_end", 1200, &strategy, |case| {
+    let (left_out, not_cleared) = (Tally::default(), Tally::default());
+    check(file!(), name, cases, &strategy, |case| {
         let (calls, test, exact, stored, clear) = case;
-        let area = (SIZE[0] * SIZE[1]) as usize;
+        let area = (width * height) as usize;
         let frame = |skips: bool| {
-            let mut tiler = Tiler::new(Viewport::new(-3, 7, 160, 340).expect("small"));
+            let mut tiler =
+                Tiler::new(Viewport::new(-3, 7, width + 10, height + 9).expect("small"));
             tiler.set_origin(2, 11).set_depth_test(test).set_hidden_skips(skips);
             tiler.set_precision(if exact { Precision::Exact } else { Precision::Fast });
             Frame::new(tiler)
@@ -206,31 +252,34 @@ fn draw_lists_leave_out_what_is_hidden_in_the_end() {
             let mut picture = vec![[9; 3]; area];
             let mut depths: Vec<f32> =
                 (0..area).map(|i| if i % 1000 < 300 { stored } else { 0.4 }).collect();
-            let mut shaded = 0;
+            let (mut shaded, mut not_cleared) = (0, 0);
             // The second time over the first, without a clear.
             for clear in [clear, None] {
-                let depth = Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size");
+                let depth = Plane::new(&mut depths, width, height).expect("its size");
                 let screen = Screen {
-                    target: Plane::new(&mut picture, SIZE[0], SIZE[1]).expect("its size"),
+                    target: Plane::new(&mut picture, width, height).expect("its size"),
                     depth: Some(depth.with_bounds(&mut bounds)),
                     clear: clear.map(|depth| ([0; 3], depth)),
                 };
                 draw_calls(frame, screen, &calls);
                 shaded += frame.stats().pixels_shaded;
+                not_cleared += frame.stats().pixels_not_cleared;
             }
-            (bits((picture, depths)), shaded)
+            (bits((picture, depths)), shaded, not_cleared)
         };
-        let (expected, all) = draw(&mut frame(false));
+        let (expected, all, none) = draw(&mut frame(false));
+        prop_assert_eq!(none, 0, "all is cleared");
         let mut skipping = frame(true);
         for threads in [1, 3] {
             skipping.set_parallel(threads > 1);
-            let (drawn, shaded) = pool(threads).install(|| draw(&mut skipping));
+            let (drawn, shaded, some) = pool(threads).install(|| draw(&mut skipping));
             prop_assert!(drawn == expected, "{} threads", threads);
             left_out.add(usize::from(shaded < all));
+            not_cleared.add(usize::from(some > 0));
         }
         Ok(())
     });
-    left_out.report("lists of which something was left out", cases / 4);
+    [left_out, not_cleared]
 }
 
 fn draw_calls<'a>(frame: &mut Frame, screen: Colours<'a>, calls: &'a Calls) {

@@ -402,13 +402,58 @@ impl<const WHOLE: bool> Shader for Pairs<WHOLE> {
     }
 }
 
+/// The bits of depth, or of 1/w; otherwise as [`Pairs`].
+struct Depths<const WHOLE: bool, const INV_W: bool>;
+
+impl<const WHOLE: bool, const INV_W: bool> Shader for Depths<WHOLE, INV_W> {
+    type Pixel = u32;
+    const INPUTS: Inputs = if WHOLE {
+        Inputs { depth: !INV_W, inv_w: INV_W, ..Inputs::COVERAGE }
+    } else {
+        Inputs::ALL
+    };
+    const KEEPS_ALL: bool = WHOLE;
+
+    fn shade(&mut self, block: &Block<'_>, out: &mut [u32; BLOCK]) -> u16 {
+        *out = if INV_W { block.inv_w } else { block.depth }.map(f32::to_bits);
+        block.mask
+    }
+}
+
+/// Depth, or 1/w, is the same in place or copied.
+fn depths_in_place<const INV_W: bool>(
+    tiler: &mut Tiler,
+    poly: &Poly,
+    depths: &[f32],
+    width: u32,
+) -> Result<(), TestCaseError> {
+    let mut draw = |in_place: bool| {
+        let (mut depths, mut pixels) = (depths.to_vec(), vec![9_u32; depths.len()]);
+        let stride = depths.len() / HEIGHT as usize;
+        let plane = Plane::with_stride(&mut pixels, width, HEIGHT, stride);
+        let depth = Plane::with_stride(&mut depths, width, HEIGHT, stride);
+        let (mut target, mut depth) = (plane.expect("its size"), depth.expect("its size"));
+        if in_place {
+            tiler.draw(poly, &mut Depths::<true, INV_W>, &mut target, Some(&mut depth));
+        } else {
+            tiler.draw(poly, &mut Depths::<false, INV_W>, &mut target, Some(&mut depth));
+        }
+        pixels
+    };
+    let (in_place, copied) = (draw(true), draw(false));
+    prop_assert_eq!(in_place, copied);
+    Ok(())
+}
+
+/// Rows of what is drawn in place or copied.
+const HEIGHT: u32 = 23;
+
 /// Whole blocks in the target's rows, rows that are prepared, and closures that say how much they
 /// read, change nothing: rows of any length, whatever is hidden, and none of what lies between the
 /// rows.
 #[test]
 fn reproducible_in_place_or_copied() {
     const STRIDE: usize = 211;
-    const HEIGHT: u32 = 23;
     let list = prop::collection::vec((anything(), depth_tests()), 1..4);
     let strategy = (list, 1..200_u32, -40..5_i32, 0..6_usize);
     let tally = Tally::default();
@@ -428,6 +473,8 @@ fn reproducible_in_place_or_copied() {
                     .set_depth_test(*test)
                     .set_precision(view.precision)
                     .set_interpolation(&view.interpolation);
+                depths_in_place::<false>(&mut tiler, &poly, &depths, width)?;
+                depths_in_place::<true>(&mut tiler, &poly, &depths, width)?;
                 fn plane<P: Copy>(data: &mut [P], width: u32) -> Plane<'_, P> {
                     Plane::with_stride(data, width, HEIGHT, STRIDE).expect("its size")
                 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 use hyperspan::camera::transform;
 use hyperspan::depth::{DepthBounds, DepthTest};
 use hyperspan::polygon::Polygon;
-use hyperspan::shade::{BLOCK, Block, Inputs, Shader, unorm8};
+use hyperspan::shade::{BLOCK, Block, Inputs, ROW, Shader, unorm8};
 use hyperspan::simd::Simd;
 use hyperspan::space::Viewport;
 use hyperspan::target::Plane;
@@ -81,6 +81,11 @@ impl Shader for Textured<'_> {
         let [u, v] = block.attributes else { return 0 };
         self.0.nearest_block(u, v, block.mask, out);
         block.mask
+    }
+
+    #[inline(always)]
+    fn shade_row(&mut self, blocks: &[Block<'_>; ROW], out: &mut [[[u8; 4]; BLOCK]; ROW]) {
+        self.0.nearest_row(blocks, [0, 1], out);
     }
 }
 

@@ -1,6 +1,6 @@
 //! What reads the values: the same for every rung.
 
-use hyperspan::shade::{BLOCK, Block, Inputs, Shader};
+use hyperspan::shade::{BLOCK, Block, Inputs, ROW, Shader};
 use hyperspan::texture::Texture;
 
 /// The bits of `N` attributes together: reads them all, and does nothing else.
@@ -41,6 +41,11 @@ impl Shader for Textured<'_> {
         let Some([u, v]) = block.attributes.first_chunk::<2>() else { return 0 };
         self.0.nearest_block(u, v, block.mask, out);
         block.mask
+    }
+
+    #[inline(always)]
+    fn shade_row(&mut self, blocks: &[Block<'_>; ROW], out: &mut [[[u8; 4]; BLOCK]; ROW]) {
+        self.0.nearest_row(blocks, [0, 1], out);
     }
 }
 
