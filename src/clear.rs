@@ -26,7 +26,8 @@ impl DepthBuffer<'_> {
     /// let mut tiler = Tiler::new(Viewport::new(0, 0, 8, 8)?);
     /// tiler.draw(&triangle, &mut Solid(1), &mut target, Some(&mut depth));
     /// depth.clear_rest(&mut target);
-    /// assert_eq!((pixels[0], pixels[63], depths[63]), (1, 0, 1.0));
+    /// // The lower left corner is covered, the upper right one is not.
+    /// assert_eq!((pixels[56], pixels[7], depths[7]), (1, 0, 1.0));
     /// # Ok::<(), hyperspan::Error>(())
     /// ```
     pub fn clear_later(&mut self, depth: f32) -> bool {

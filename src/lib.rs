@@ -100,7 +100,7 @@ pub use error::Error;
 pub use order::{DrawOrder, Ordered};
 pub use placed::Placed;
 pub use polygon::{Indexed, Polygon, Strided, Vertex};
-pub use shade::{Attributes, BLOCK, Block, Fragment, Inputs, Shader, Solid, unorm8};
+pub use shade::{Attributes, BLOCK, Block, Fragment, Inputs, ROW, Shader, Solid, unorm8};
 pub use simd::Simd;
 pub use space::{DepthRange, Grid, PixelRect, Viewport};
 pub use stats::Stats;
