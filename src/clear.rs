@@ -12,7 +12,8 @@ impl DepthBuffer<'_> {
     /// done, if the buffer has no bounds ([`with_bounds`](Self::with_bounds)).
     ///
     /// From then on nothing but a [`Tiler`](crate::tiler::Tiler) may look at the two or write to them, and both
-    /// at once, until [`clear_rest`](Self::clear_rest) is called with the target. It is what
+    /// at once, and neither may be cut between rows, until [`clear_rest`](Self::clear_rest) is called with the
+    /// target: it has to be, else bounds and depths say different things. It is what
     /// [`Canvas::clear_later`](crate::draw::Canvas::clear_later) is made of, which says when it pays.
     ///
     /// ```

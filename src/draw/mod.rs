@@ -5,7 +5,8 @@
 //! calls -> sorted, chunk by chunk -> bins, one for each band -> cleared and drawn, band by band
 //! ```
 //!
-//! What covers no pixel never reaches a band; a band is cleared when it is drawn. In a band
+//! What covers no pixel never reaches a band; a band is cleared when it is drawn, and in short lists
+//! only where large polygons do not cover it. In a band
 //! polygons are drawn in the order in which they were submitted, and a pixel's value is a function
 //! of its polygon and its place, so the bytes are those of [`Tiler::draw`], whatever the number of
 //! threads (feature `parallel`).

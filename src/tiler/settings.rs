@@ -93,7 +93,7 @@ impl Tiler {
     }
 
     /// Is what is surely hidden left out before it is set up, where the depth buffer has bounds
-    /// ([`DepthBuffer::with_bounds`](crate::target::Plane::with_bounds)), and what a draw list hides not even
+    /// ([`DepthBuffer::with_bounds`](crate::target::Plane::with_bounds)), and what a draw list covers not even
     /// cleared ([`Canvas::clear_later`](crate::draw::Canvas::clear_later))? It is unless set; no byte depends on
     /// it.
     pub fn set_hidden_skips(&mut self, skip: bool) -> &mut Self {

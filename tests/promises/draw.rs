@@ -203,13 +203,16 @@ fn draw_lists_do_not_clear_what_they_cover() {
 #[test]
 fn draw_lists_clear_under_small_polygons_at_the_edge() {
     let corner = |x: f64, y: f64| Vertex::new([x, y, 0.25, 1.0], [1.0, 1.0]);
-    let triangle = vec![corner(-0.98, 1.0), corner(-1.02, 0.98), corner(-1.02, 1.02)];
+    // It lies within the view, and the target's first row runs through its middle.
+    let viewport = Viewport::new(0, 0, SIZE[0], SIZE[1] + 40).expect("small");
+    let middle = 1.0 - 2.0 * 20.0 / f64::from(viewport.height());
+    let triangle =
+        vec![corner(-0.9, middle), corner(-0.95, middle - 0.02), corner(-0.95, middle + 0.02)];
     let calls: Calls = vec![(vec![triangle], false)];
-    let viewport = Viewport::new(0, 0, SIZE[0], SIZE[1]).expect("small");
     let area = (SIZE[0] * SIZE[1]) as usize;
     let draw = |skips: bool| {
         let mut tiler = Tiler::new(viewport);
-        tiler.set_hidden_skips(skips);
+        tiler.set_origin(0, 20).set_hidden_skips(skips);
         let (mut bounds, mut picture, mut depths) =
             (DepthBounds::new(), vec![[9; 3]; area], vec![0.0; area]);
         let screen = Screen {
