@@ -79,10 +79,16 @@ impl OnRow {
     }
 }
 
+/// What a function that changes by `step` differs from its middle at each lane.
+#[inline(always)]
+pub(crate) fn steps_off_middle<S: Simd>(simd: S, step: f64) -> Wide<S> {
+    Wide::load(simd, &OFF_MIDDLE) * Wide::splat(simd, step)
+}
+
 /// What each lane is off the middle's value, rounded.
 #[inline(always)]
 pub(crate) fn off_middle<S: Simd>(simd: S, step: f64) -> Narrow<S> {
-    (Wide::load(simd, &OFF_MIDDLE) * Wide::splat(simd, step)).narrow()
+    steps_off_middle(simd, step).narrow()
 }
 
 /// So many blocks are begun together: their latencies overlap.
@@ -90,6 +96,9 @@ pub(crate) const AHEAD: usize = 4;
 
 /// How far their middles are from the first one's.
 const BLOCKS: [f64; AHEAD] = [0.0, 16.0, 32.0, 48.0];
+
+/// From a block's middle to its last lane.
+pub(crate) const LAST: f64 = MIDDLE - 1.0;
 
 /// The middles of the block around `middle` and the next ones.
 #[inline(always)]

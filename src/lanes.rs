@@ -4,11 +4,10 @@
 //! Only IEEE `+ - * /`, comparisons and conversions that round once: a lane's bits are the same
 //! on every instruction set.
 
-use core::ops::{Add, BitOr, Mul, Sub};
+use core::ops::{Add, Mul, Sub};
 
 use fearless_simd::{
-    Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, SimdWiden, f32x16, f64x8, mask32x16, mask64x8,
-    u64x8,
+    Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, SimdWiden, f32x16, f64x8, mask32x16, u32x16,
 };
 
 use crate::shade::BLOCK;
@@ -20,7 +19,7 @@ pub(crate) struct Wide<S: Simd>(f64x8<S>, f64x8<S>);
 /// 16 lanes of `f32`.
 pub(crate) type Narrow<S> = f32x16<S>;
 
-/// Binary digits of how many units in its last place a value may be off: see [`Wide::near_tie`].
+/// Binary digits of how many units in its last place a value may be off: see [`Ties`].
 pub(crate) const NEAR: u32 = 16;
 
 /// 0, 1, ... 15.
@@ -105,12 +104,6 @@ impl<S: Simd> Wide<S> {
         (low, same_bits(low, high))
     }
 
-    /// See [`near_tie`].
-    #[inline(always)]
-    pub(crate) fn near_tie(self, simd: S) -> WideMask<S> {
-        WideMask(near_tie(simd, self.0), near_tie(simd, self.1))
-    }
-
     /// The lanes at which self < other.
     #[inline(always)]
     pub(crate) fn below(self, other: Self) -> u16 {
@@ -119,46 +112,42 @@ impl<S: Simd> Wide<S> {
     }
 }
 
-/// Lanes of a [`Wide`].
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct WideMask<S: Simd>(mask64x8<S>, mask64x8<S>);
-
-impl<S: Simd> WideMask<S> {
-    #[inline(always)]
-    pub(crate) fn none(simd: S) -> Self {
-        let none = mask64x8::splat(simd, false);
-        Self(none, none)
-    }
-
-    /// A bit for each lane.
-    #[inline(always)]
-    pub(crate) fn bits(self) -> u16 {
-        low_bits(self.0.to_bitmask() | self.1.to_bitmask() << (BLOCK / 2))
-    }
-}
-
-impl<S: Simd> BitOr for WideMask<S> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn bitor(self, other: Self) -> Self {
-        Self(self.0 | other.0, self.1 | other.1)
-    }
-}
-
 /// A `f64` has so many bits more than a `f32`.
 const MORE_BITS: u32 = f64::MANTISSA_DIGITS - f32::MANTISSA_DIGITS;
 
-/// The lanes of a half in which a value is so near to the middle between two `f32` that an error
-/// of 2^`NEAR` units in its last place may reach it.
-#[inline(always)]
-fn near_tie<S: Simd>(simd: S, value: f64x8<S>) -> mask64x8<S> {
-    const NEAR_TIE: u64 = 1 << NEAR;
-    const HALF_WAY: u64 = 1 << (MORE_BITS - 1);
-    // Moved so that those near the middle, and they alone, have none of these bits.
-    const BITS: u64 = (1 << MORE_BITS) - 2 * NEAR_TIE;
-    let moved = value.to_bits() + u64x8::splat(simd, NEAR_TIE.wrapping_sub(HALF_WAY));
-    (moved & u64x8::splat(simd, BITS)).simd_eq(u64x8::splat(simd, 0))
+/// How near the nearest of some values lie to the middle between two `f32`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ties<S: Simd>(u32x16<S>);
+
+impl<S: Simd> Ties<S> {
+    /// The last bits of a `f64`, which a `f32` has no room for, are moved up so far that none stands before
+    /// them: what is halfway is this.
+    const HALF_WAY: u32 = 1 << (u32::BITS - 1);
+
+    /// An error of 2^[`NEAR`] units in the last place, moved as far.
+    const NEAR_TIE: u32 = 1 << (u32::BITS - MORE_BITS + NEAR);
+
+    /// Of no values.
+    #[inline(always)]
+    pub(crate) fn none(simd: S) -> Self {
+        Self(u32x16::splat(simd, u32::MAX))
+    }
+
+    /// Of these values, too.
+    #[inline(always)]
+    #[must_use]
+    pub(crate) fn and(self, simd: S, value: Wide<S>) -> Self {
+        let bits = value.0.to_bits().narrow(value.1.to_bits()) << (u32::BITS - MORE_BITS);
+        // What is near is below twice the distance, with the middle in the middle.
+        let from_tie = bits + u32x16::splat(simd, Self::NEAR_TIE.wrapping_sub(Self::HALF_WAY));
+        Self(self.0.min(from_tie))
+    }
+
+    /// Is any so near that an error of 2^[`NEAR`] units in its last place may reach it?
+    #[inline(always)]
+    pub(crate) fn any(self, simd: S) -> bool {
+        self.0.simd_lt(u32x16::splat(simd, 2 * Self::NEAR_TIE)).any_true()
+    }
 }
 
 impl<S: Simd> Add for Wide<S> {
@@ -257,8 +246,18 @@ mod tests {
         for (_, level) in Level::all() {
             fearless_simd::dispatch!(level.0, simd => for (units, near) in cases {
                 for bits in [tie + units, tie - units] {
-                    let lanes = Wide::splat(simd, f64::from_bits(bits)).near_tie(simd).bits();
-                    assert_eq!(lanes, if near { u16::MAX } else { 0 }, "{units}");
+                    let value = f64::from_bits(bits);
+                    for lane in 0..BLOCK {
+                        // Others lie on a `f32`, and the first values do not hide the next.
+                        let mut lanes = [1.5; BLOCK];
+                        lanes[lane] = value;
+                        let [usual, odd] = [[1.5; BLOCK], lanes].map(|l| Wide::load(simd, &l));
+                        let ties = Ties::none(simd).and(simd, usual);
+                        assert!(!ties.any(simd));
+                        assert_eq!(ties.and(simd, odd).any(simd), near, "{units}");
+                        let ties = Ties::none(simd).and(simd, odd).and(simd, usual);
+                        assert_eq!(ties.any(simd), near, "{units}");
+                    }
                 }
             });
         }

@@ -86,17 +86,22 @@ impl<'a, S: Simd> AlongSpans<'a, S> {
         self.walker.advance(-blocks);
     }
 
-    /// The same for all attributes.
+    /// The same for some attributes, a bit for each.
     #[inline(never)]
     pub(crate) fn decide_attributes(
         &mut self,
         blocks: i32,
         span: &Span,
         mask: u16,
+        attributes: u16,
         out: &mut [[f32; BLOCK]],
     ) {
         self.walker.advance(blocks);
-        self.walker.evaluate_others(Some(span), mask, out);
+        for (k, out) in out.iter_mut().enumerate() {
+            if attributes >> k & 1 != 0 {
+                self.walker.evaluate(Quantity::Attribute(k), Some(span), mask, out);
+            }
+        }
         self.walker.advance(-blocks);
     }
 

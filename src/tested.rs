@@ -5,11 +5,13 @@
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f64x4};
 
-use crate::along::{MIDDLE, Middles, OnRow, least_for_depth, middles_from, off_middle};
+use crate::along::{
+    AHEAD, MIDDLE, Middles, OnRow, least_for_depth, middles_from, off_middle, steps_off_middle,
+};
 use crate::doubt::Doubt;
 use crate::gradient::frame::Linear;
 use crate::gradient::{Field, Gradients, Quantity};
-use crate::lanes::{Narrow, Wide, bits_of, clamp_numbers};
+use crate::lanes::{Narrow, Ties, Wide, clamp_numbers};
 
 /// What the depth test compares.
 #[derive(Clone, Copy, Debug)]
@@ -40,8 +42,15 @@ enum Kind<S: Simd> {
     },
     /// Each lane by itself: 1/w has to scale with w, down to where `f32` holds no small part of it.
     Each,
-    /// Times so much; what is less than `least` is undecided.
-    Strict { scale: f64, least: f32 },
+    /// A block in whose middle it is less than `least` is undecided.
+    Strict { steps_off_middle: Wide<S>, least: f64 },
+}
+
+/// What is tested in the middles of [`AHEAD`] blocks: what is plain in two `f32`s, what is strict in a `f64`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ahead {
+    pub(crate) middles: Middles,
+    values: [f64; AHEAD],
 }
 
 impl<S: Simd> Tested<S> {
@@ -65,9 +74,11 @@ impl<S: Simd> Tested<S> {
                 (function, plain.range, kind)
             }
             Field::Strict(strict) if !strict.over_w => {
-                let least = Doubt::of_scaled(strict, gradients.det_relative_error)?.least(0.0);
-                let kind = Kind::Strict { scale: strict.scale, least };
-                (strict.numerator, strict.range, kind)
+                let doubt = Doubt::of_scaled(strict, gradients.det_relative_error)?;
+                let function = strict.numerator.scaled(strict.scale);
+                let least = doubt.least_of_scaled() + MIDDLE * function.x.abs();
+                let steps_off_middle = steps_off_middle(simd, function.x);
+                (function, strict.range, Kind::Strict { steps_off_middle, least })
             }
             _ => return None,
         };
@@ -90,18 +101,21 @@ impl<S: Simd> Tested<S> {
     /// What is tested in the middles of the block around `middle` and the next ones, and in how many
     /// of them it can be used.
     #[inline(always)]
-    pub(crate) fn look_ahead(&self, simd: S, middle: f64) -> (Middles, usize) {
+    pub(crate) fn look_ahead(&self, simd: S, middle: f64) -> (Ahead, usize) {
         let middles = middles_from(simd, middle);
-        let Kind::Plain { within, .. } = self.kind else {
+        let values = self.on_row.at_all(simd, middles);
+        let mut ahead = Ahead { middles: Middles::none(), values: [0.0; AHEAD] };
+        let good = if let Kind::Plain { within, .. } = self.kind {
+            ahead.middles = Middles::of(values);
+            let [low, high] = within.map(|end| f64x4::splat(simd, end));
+            values.simd_ge(low) & values.simd_le(high)
+        } else {
+            values.store_array(&mut ahead.values);
             let q = self.q_on_row.at_all(simd, middles);
             let least = self.least_q + MIDDLE * self.q_on_row.step.abs();
-            let good = q.simd_ge(f64x4::splat(simd, least));
-            return (Middles::none(), good.to_bitmask().trailing_ones() as usize);
+            q.simd_ge(f64x4::splat(simd, least))
         };
-        let values = self.on_row.at_all(simd, middles);
-        let [low, high] = within.map(|end| f64x4::splat(simd, end));
-        let good = values.simd_ge(low) & values.simd_le(high);
-        (Middles::of(values), good.to_bitmask().trailing_ones() as usize)
+        (ahead, good.to_bitmask().trailing_ones() as usize)
     }
 
     /// What is tested around `middle`: each lane by itself if spans are `short` or the lanes are not near
@@ -122,16 +136,17 @@ impl<S: Simd> Tested<S> {
                 }
                 Some((clamp_numbers(value.narrow(), self.low, self.high), undecided))
             }
-            Kind::Each => Some(self.lanes(simd, &Middles::none(), 0, middle)),
-            Kind::Strict { .. } => {
+            Kind::Each => Some((self.each(simd, middle), 0)),
+            Kind::Strict { steps_off_middle, least } => {
                 let q = self.q_on_row;
-                (q.at(middle) >= self.least_q + MIDDLE * q.step.abs())
-                    .then(|| self.lanes(simd, &Middles::none(), 0, middle))
+                let is_good = q.at(middle) >= self.least_q + MIDDLE * q.step.abs();
+                let at_middle = self.on_row.at(middle);
+                is_good.then(|| self.strict(simd, at_middle, steps_off_middle, least))
             }
         }
     }
 
-    /// For [`Middles::lanes`], if that is all.
+    /// What each lane is off the middle, if that and the middles are all that it takes.
     #[inline(always)]
     pub(crate) fn off_middle(&self) -> Option<Narrow<S>> {
         if let Kind::Plain { off_middle, .. } = self.kind { Some(off_middle) } else { None }
@@ -139,26 +154,33 @@ impl<S: Simd> Tested<S> {
 
     /// What is tested in block `i` of those, around `middle`; and the lanes that are undecided.
     #[inline(always)]
-    pub(crate) fn lanes(
-        &self,
-        simd: S,
-        ahead: &Middles,
-        i: usize,
-        middle: f64,
-    ) -> (Narrow<S>, u16) {
+    pub(crate) fn lanes(&self, simd: S, ahead: &Ahead, i: usize, middle: f64) -> (Narrow<S>, u16) {
         match self.kind {
-            Kind::Plain { off_middle, .. } => (ahead.lanes(simd, i, off_middle), 0),
-            Kind::Each => {
-                let value = self.on_row.wide(simd, middle).narrow();
-                (clamp_numbers(value, self.low, self.high), 0)
-            }
-            Kind::Strict { scale, least } => {
-                let value = self.on_row.wide(simd, middle) * Wide::splat(simd, scale);
-                let rounded = value.narrow();
-                let decided = rounded.abs().simd_ge(Narrow::splat(simd, least));
-                let undecided = value.near_tie(simd).bits() | !bits_of(simd, decided);
-                (rounded.max(self.low).min(self.high), undecided)
+            Kind::Plain { off_middle, .. } => (ahead.middles.lanes(simd, i, off_middle), 0),
+            Kind::Each => (self.each(simd, middle), 0),
+            Kind::Strict { steps_off_middle, least } => {
+                self.strict(simd, ahead.values[i % AHEAD], steps_off_middle, least)
             }
         }
+    }
+
+    #[inline(always)]
+    fn each(&self, simd: S, middle: f64) -> Narrow<S> {
+        clamp_numbers(self.on_row.wide(simd, middle).narrow(), self.low, self.high)
+    }
+
+    #[inline(always)]
+    fn strict(
+        &self,
+        simd: S,
+        at_middle: f64,
+        steps_off_middle: Wide<S>,
+        least: f64,
+    ) -> (Narrow<S>, u16) {
+        let value = Wide::splat(simd, at_middle) + steps_off_middle;
+        let is_near_tie = Ties::none(simd).and(simd, value).any(simd);
+        let is_decided = at_middle.abs() >= least && !is_near_tie;
+        let value = value.narrow().max(self.low).min(self.high);
+        (value, if is_decided { 0 } else { u16::MAX })
     }
 }

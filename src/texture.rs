@@ -123,17 +123,18 @@ impl Texture {
         wrap: impl Fn(u32, u32) -> u32,
     ) {
         let [width, height] = self.scale;
-        let mut beyond = 0;
+        // A lane for each: of a single sum the compiler makes one across all lanes after every block.
+        let mut beyond = [0; BLOCK];
         for i in 0..N {
             let [u, v] = uvs[i];
             for lane in 0..BLOCK {
                 let (column, row) = (Floor::of(u[lane] * width), Floor::of(v[lane] * height));
-                beyond |= column.beyond | row.beyond;
+                beyond[lane] |= column.beyond | row.beyond;
                 index[i][lane] = wrap(column.floor, row.floor);
             }
         }
         // One look at all of them.
-        if beyond > LOW_BITS {
+        if beyond.iter().fold(0, |all, beyond| all | beyond) > LOW_BITS {
             self.find_far(&uvs, index);
         }
     }

@@ -68,7 +68,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                     let Some(undecided) = undecided else { return done as i32 };
                     if undecided != 0 {
                         let lanes = &mut lanes[..count];
-                        walker.decide_attributes(0, row.span, mask, lanes);
+                        walker.decide_attributes(0, row.span, mask, undecided, lanes);
                     }
                 }
                 let first = [row.column_at(block), row.first[1]];

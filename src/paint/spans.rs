@@ -140,7 +140,7 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                 let usual = tested.off_middle().filter(|_| some == AHEAD);
                 if let (Some(off_middle), Some(stored)) = (usual, four) {
                     for i in 0..AHEAD {
-                        ahead.lanes(simd, i, off_middle).store_array(&mut found[i]);
+                        ahead.middles.lanes(simd, i, off_middle).store_array(&mut found[i]);
                         if !row.passes {
                             masks[i] &= passing_lanes(simd, test.compare, &found[i], &stored[i]);
                         }
@@ -184,10 +184,11 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
                     // Most are: one look at all of them.
                     if undecided != [0; AHEAD] {
                         for i in 0..some {
-                            if undecided[i % AHEAD] & masks[i] != 0 {
+                            let which = undecided[i % AHEAD];
+                            if which != 0 && masks[i] != 0 {
                                 let blocks = (done + i) as i32;
                                 let lanes = &mut attributes[i * count..(i + 1) * count];
-                                walker.decide_attributes(blocks, row.span, masks[i], lanes);
+                                walker.decide_attributes(blocks, row.span, masks[i], which, lanes);
                             }
                         }
                     }

@@ -2,18 +2,15 @@
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f64x4, mask64x4};
 
-use super::{Divided, FUNCTIONS, Prepared};
+use super::{Divided, FUNCTIONS, LAST_OF_ALL, Prepared};
 use crate::along::{AHEAD, MIDDLE, Middles, middles_from};
 use crate::lanes::{Narrow, clamp_numbers};
 use crate::shade::BLOCK;
 
-/// How far the last lane is from the middle of the first block.
-const LAST: f64 = (AHEAD * BLOCK) as f64 - MIDDLE - 1.0;
-
 impl<S: Simd> Prepared<S> {
     /// The values of `count` attributes in the block around `middle` and the next ones: those of
     /// which any lane is set in `masks`. Returns how many are good. `lanes`: `count` for each.
-    /// `undecided`: lanes whose values have yet to be found.
+    /// `undecided`: for each block a bit for each attribute whose values have yet to be found.
     #[inline(always)]
     pub(crate) fn find_some(
         &self,
@@ -39,7 +36,7 @@ impl<S: Simd> Prepared<S> {
         for (i, ahead) in ahead.iter_mut().enumerate().skip(1).take(count) {
             *ahead = Middles::of(values(i));
         }
-        let unclamped = self.unclamped.contain(middle - MIDDLE, middle + LAST);
+        let unclamped = self.unclamped.contain(middle - MIDDLE, middle + LAST_OF_ALL);
         match (unclamped, self.divided) {
             (true, Divided::ByLane) => {
                 self.find_lanes::<true, false>(simd, count, &ahead, masks, lanes);

@@ -11,19 +11,22 @@ mod strict;
 use fearless_simd::{Simd, SimdBase, f64x4};
 
 use crate::along::{
-    AHEAD, Middles, NEVER_NEAR_ZERO, OnRow, always_near, least_for_numerator, least_for_q,
-    least_for_row, near_zero_of, near_zero_up_to, off_middle,
+    AHEAD, MIDDLE, Middles, NEVER_NEAR_ZERO, OnRow, always_near, least_for_numerator, least_for_q,
+    least_for_row, near_zero_of, near_zero_up_to, off_middle, steps_off_middle,
 };
 use crate::doubt::Doubt;
 use crate::gradient::frame::Linear;
 use crate::gradient::{Field, Gradients, Plain, nearest_f32};
-use crate::lanes::{Narrow, clamp_numbers};
+use crate::lanes::{Narrow, Wide, clamp_numbers};
 use crate::shade::BLOCK;
 use crate::within::{Columns, inner_range};
 
 /// Q and the numerators of so many attributes, less one, are prepared; of polygons with more, none
 /// is.
 pub(crate) const FUNCTIONS: usize = 12;
+
+/// From the middle of the first of [`AHEAD`] blocks to the last lane of all.
+const LAST_OF_ALL: f64 = (AHEAD * BLOCK) as f64 - MIDDLE - 1.0;
 
 /// Its bits.
 const NEGATIVE_ZERO: u32 = (-0.0_f32).to_bits();
@@ -99,6 +102,7 @@ pub(crate) struct Prepared<S: Simd> {
     filled: bool,
     /// What strict attributes have beside; nothing of it is for plain ones.
     strict: bool,
+    steps_off_middle: [Wide<S>; FUNCTIONS],
     bases: [f64; FUNCTIONS],
     doubts: [Doubt; FUNCTIONS],
     /// 1/Q or 1/det, unless it differs from lane to lane.
@@ -126,6 +130,7 @@ impl<S: Simd> Prepared<S> {
             short: false,
             filled: false,
             strict: false,
+            steps_off_middle: [Wide::splat(simd, 0.0); FUNCTIONS],
             bases: [0.0; FUNCTIONS],
             doubts: [Doubt::default(); FUNCTIONS],
             r: 1.0,
@@ -163,6 +168,9 @@ impl<S: Simd> Prepared<S> {
         };
         self.least[0] = self.least_q;
         self.set_function(simd, 0, *q, [0.0; 2]);
+        if self.strict {
+            self.steps_off_middle[0] = steps_off_middle(simd, q.x);
+        }
         for (i, field) in (1..).zip(fields) {
             let set = match field {
                 Field::Plain(plain) if plain.over_w == over_w && !self.strict => {
@@ -175,6 +183,7 @@ impl<S: Simd> Prepared<S> {
                 // It is clamped to its value.
                 Field::Constant(value) if !value.is_nan() && value.to_bits() != NEGATIVE_ZERO => {
                     (self.bases[i], self.doubts[i]) = (0.0, Doubt::default());
+                    self.steps_off_middle[i] = Wide::splat(simd, 0.0);
                     (self.least[i], self.near_zero[i]) = (f64::NEG_INFINITY, NEVER_NEAR_ZERO);
                     self.set_function(simd, i, Linear::default(), [*value; 2]);
                     true
@@ -226,15 +235,23 @@ impl<S: Simd> Prepared<S> {
         if self.divided == Divided::ByRow {
             self.divide_row(simd, count);
         }
-        if !self.short && !self.strict {
-            let q = match self.divided {
-                Divided::ByLane => self.on_row(0),
-                Divided::Not | Divided::ByRow => OnRow { start: 1.0, step: 0.0 },
-            };
-            self.unclamped = Columns::ALL;
-            for i in 1..=count.min(FUNCTIONS - 1) {
-                self.unclamped = self.unclamped.where_within(self.on_row(i), q, self.inner[i]);
-            }
+        if !self.short {
+            self.find_unclamped(count);
+        }
+    }
+
+    /// Finds out where on this row no value has to be clamped.
+    #[inline(always)]
+    fn find_unclamped(&mut self, count: usize) {
+        let one = OnRow { start: 1.0, step: 0.0 };
+        let q = if self.divided == Divided::ByLane { self.on_row(0) } else { one };
+        // What is plain is divided, if it is by row, and has no base.
+        let scale = if self.strict && self.divided != Divided::ByLane { self.r } else { 1.0 };
+        self.unclamped = Columns::ALL;
+        for i in 1..=count.min(FUNCTIONS - 1) {
+            let (d, base) = (self.on_row(i).times(scale), q.times(self.bases[i]));
+            let n = OnRow { start: d.start + base.start, step: d.step + base.step };
+            self.unclamped = self.unclamped.where_within(n, q, self.inner[i]);
         }
     }
 
@@ -267,8 +284,8 @@ impl<S: Simd> Prepared<S> {
         self.on_row(i).at(middle).abs() <= self.near_zero[i]
     }
 
-    /// What [`find_some`](Self::find_some) finds, of one block, and those of its lanes in `mask` that are
-    /// undecided; nothing if it is not good.
+    /// What [`find_some`](Self::find_some) finds, of one block, and the attributes that are undecided; nothing
+    /// if it is not good.
     #[inline(always)]
     pub(crate) fn find_one(
         &self,
@@ -288,7 +305,7 @@ impl<S: Simd> Prepared<S> {
                 #[inline(always)]
                 || self.find_strict(simd, count, middle, &[mask], lanes, &mut undecided),
             );
-            return (good > 0).then_some(undecided[0] & mask);
+            return (good > 0).then_some(undecided[0]);
         }
         if !self.short {
             simd.vectorize(

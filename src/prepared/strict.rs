@@ -1,12 +1,12 @@
 //! Strict attributes by their quick test: see [`doubt`](crate::doubt).
 
-use fearless_simd::{Simd, SimdBase, SimdMask, f64x4, mask32x16};
+use fearless_simd::{Simd, SimdBase, SimdMask, f64x4};
 
-use super::{Divided, FUNCTIONS, Prepared};
-use crate::along::{AHEAD, MIDDLE, middles_from};
+use super::{Divided, FUNCTIONS, LAST_OF_ALL, Prepared};
+use crate::along::{AHEAD, LAST, MIDDLE, middles_from, steps_off_middle};
 use crate::doubt::{Doubt, LARGEST_Q};
 use crate::gradient::{Gradients, Strict};
-use crate::lanes::{Narrow, Wide, WideMask, bits_of};
+use crate::lanes::{Ties, Wide};
 use crate::shade::BLOCK;
 
 impl<S: Simd> Prepared<S> {
@@ -27,6 +27,7 @@ impl<S: Simd> Prepared<S> {
         let Some(doubt) = doubt else { return false };
         let scale = if strict.over_w { gradients.unit } else { 1.0 };
         self.set_function(simd, i, strict.numerator.scaled(scale), strict.range);
+        self.steps_off_middle[i] = steps_off_middle(simd, self.steps[i]);
         (self.bases[i], self.doubts[i]) = (strict.base, doubt);
         true
     }
@@ -42,36 +43,123 @@ impl<S: Simd> Prepared<S> {
         lanes: &mut [[f32; BLOCK]],
         undecided: &mut [u16; AHEAD],
     ) -> usize {
-        // The least Q of each block, where it is 1/w times something positive.
-        let q = self.on_row(0).at_all(simd, middles_from(simd, middle));
-        let least = q - f64x4::splat(simd, MIDDLE * self.steps[0].abs());
-        let good = least.simd_ge(f64x4::splat(simd, self.least_q))
-            & q.simd_lt(f64x4::splat(simd, LARGEST_Q));
-        let mut greatest_r = [0.0; AHEAD];
-        (f64x4::splat(simd, 1.0) / least).store_array(&mut greatest_r);
+        let mut ahead = [[0.0; AHEAD]; FUNCTIONS];
+        let good = self.look_ahead(simd, count, middle, &mut ahead, undecided);
+        let is_clamped = !self.unclamped.contain(middle - MIDDLE, middle + LAST_OF_ALL);
+        // All reciprocals first: each is a long chain of operations, and they do not wait for each other.
+        let mut reciprocals = [Wide::splat(simd, self.r); AHEAD];
+        if self.divided == Divided::ByLane {
+            for (r, at_middle) in reciprocals.iter_mut().zip(&ahead[0]).take(masks.len()) {
+                *r = self.strict_lanes(simd, 0, *at_middle).quick_reciprocal(simd);
+            }
+        }
         for ((block, mask), lanes) in masks.iter().enumerate().zip(lanes.chunks_exact_mut(count)) {
             if *mask == 0 {
                 continue;
             }
-            let middle = middle + (block * BLOCK) as f64;
-            let r = if self.divided == Divided::ByLane {
-                self.on_row(0).wide(simd, middle).quick_reciprocal(simd)
-            } else {
-                Wide::splat(simd, self.r)
-            };
-            let mut near_tie = WideMask::none(simd);
-            let mut large = mask32x16::splat(simd, true);
+            let block = block % AHEAD;
+            let r = reciprocals[block];
+            let mut ties = Ties::none(simd);
             for (i, lanes) in (1..FUNCTIONS).zip(lanes).take(count) {
-                let d = self.on_row(i).wide(simd, middle);
-                let value = d * r + Wide::splat(simd, self.bases[i]);
-                near_tie = near_tie | value.near_tie(simd);
+                let value = self.strict_value(simd, i, ahead[i][block], r);
+                ties = ties.and(simd, value);
                 let rounded = value.narrow();
-                let least = self.doubts[i].least(greatest_r[block % AHEAD]);
-                large &= rounded.abs().simd_ge(Narrow::splat(simd, least));
-                rounded.max(self.low[i]).min(self.high[i]).store_array(lanes);
+                let rounded =
+                    if is_clamped { rounded.max(self.low[i]).min(self.high[i]) } else { rounded };
+                rounded.store_array(lanes);
             }
-            undecided[block % AHEAD] = near_tie.bits() | !bits_of(simd, large);
+            if ties.any(simd) {
+                undecided[block] |= self.near_ties(simd, count, block, &ahead, &reciprocals);
+            }
+        }
+        good
+    }
+
+    /// A bit for each attribute that has a value near a tie in this block of those `ahead`: one block in some
+    /// hundred has.
+    #[cold]
+    #[inline(never)]
+    fn near_ties(
+        &self,
+        simd: S,
+        count: usize,
+        block: usize,
+        ahead: &[[f64; AHEAD]; FUNCTIONS],
+        reciprocals: &[Wide<S>; AHEAD],
+    ) -> u16 {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut near = 0;
+                for i in 1..=count.min(FUNCTIONS - 1) {
+                    let value = self.strict_value(simd, i, ahead[i][block], reciprocals[block]);
+                    near |= u16::from(Ties::none(simd).and(simd, value).any(simd)) << (i - 1);
+                }
+                near
+            },
+        )
+    }
+
+    /// Finds Q and the numerators in the middles of the block around `middle` and the next ones. Returns how
+    /// many, from the first on, have a Q that is good enough; in these, attributes are undecided of which
+    /// a value is too small.
+    #[inline(always)]
+    fn look_ahead(
+        &self,
+        simd: S,
+        count: usize,
+        middle: f64,
+        ahead: &mut [[f64; AHEAD]; FUNCTIONS],
+        undecided: &mut [u16; AHEAD],
+    ) -> usize {
+        let middles = middles_from(simd, middle);
+        let q = self.on_row(0).at_all(simd, middles);
+        q.store_array(&mut ahead[0]);
+        let (first, last) = self.ends_of(simd, 0, q);
+        let good = first.min(last).simd_ge(f64x4::splat(simd, self.least_q))
+            & first.max(last).simd_lt(f64x4::splat(simd, LARGEST_Q));
+        // Where 1/w is the same along the row, or nothing is divided by it, both are `r`.
+        let (mut r_first, mut r_last) = (f64x4::splat(simd, self.r), f64x4::splat(simd, self.r));
+        if self.divided == Divided::ByLane {
+            let one = f64x4::splat(simd, 1.0);
+            (r_first, r_last) = (one / first, one / last);
+        }
+        let greatest_r = r_first.max(r_last);
+        for i in 1..=count.min(FUNCTIONS - 1) {
+            let d = self.on_row(i).at_all(simd, middles);
+            d.store_array(&mut ahead[i]);
+            // Between its ends a value is monotone.
+            let (first, last) = self.ends_of(simd, i, d);
+            let base = f64x4::splat(simd, self.bases[i]);
+            let (first, last) = (first * r_first + base, last * r_last + base);
+            let least = self.doubts[i].least(simd, greatest_r);
+            let large = first.min(last).simd_ge(least) | first.max(last).simd_le(-least);
+            if !large.all_true() {
+                let large = large.to_bitmask();
+                for block in 0..AHEAD {
+                    undecided[block] |= u16::from(large >> block & 1 == 0) << (i - 1);
+                }
+            }
         }
         good.to_bitmask().trailing_ones() as usize
+    }
+
+    /// Function `i` around the middle where it is so much.
+    #[inline(always)]
+    fn strict_lanes(&self, simd: S, i: usize, at_middle: f64) -> Wide<S> {
+        Wide::splat(simd, at_middle) + self.steps_off_middle[i]
+    }
+
+    /// Attribute `i` there, where 1/Q is `r`.
+    #[inline(always)]
+    fn strict_value(&self, simd: S, i: usize, at_middle: f64, r: Wide<S>) -> Wide<S> {
+        self.strict_lanes(simd, i, at_middle) * r + Wide::splat(simd, self.bases[i])
+    }
+
+    /// Function `i` at the first lanes and at the last ones of blocks in whose middles it is so much.
+    #[inline(always)]
+    fn ends_of(&self, simd: S, i: usize, at_middle: f64x4<S>) -> (f64x4<S>, f64x4<S>) {
+        let [first, last] = [-MIDDLE * self.steps[i], LAST * self.steps[i]];
+        (at_middle + f64x4::splat(simd, first), at_middle + f64x4::splat(simd, last))
     }
 }
