@@ -53,6 +53,7 @@ pub mod error;
 pub mod simd;
 pub mod space;
 pub mod fixed;
+mod fetch;
 mod subnormal;
 mod exact;
 mod number;

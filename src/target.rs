@@ -4,6 +4,7 @@ use fearless_simd::{Simd as _, dispatch};
 
 use crate::depth::{DepthBounds, TileRows};
 use crate::error::Error;
+use crate::fetch::fetch;
 use crate::shade::BLOCK;
 use crate::simd::Simd;
 
@@ -40,6 +41,10 @@ pub trait Target {
     fn blocks(&mut self, _x: u32, _y: u32, _count: usize) -> &mut [[Self::Pixel; BLOCK]] {
         &mut []
     }
+
+    /// Pixel (x, y), if there is one, will be written soon: who knows where it lies may ask for its memory.
+    #[inline(always)]
+    fn fetch(&self, _x: u32, _y: u32) {}
 
     /// What pixels are cleared to that [`clear_later`](Plane::clear_later) has put off; nothing if the target
     /// knows of no such thing.
@@ -130,10 +135,10 @@ impl<'a, P: Copy> Plane<'a, P> {
         &self.data[start..start + self.width as usize]
     }
 
-    /// Pixel (x, y), if there is one.
+    /// Asks for the memory of pixel (x, y), if there is one.
     #[inline(always)]
-    pub(crate) fn pixel(&self, x: u32, y: u32) -> Option<P> {
-        if y < self.height { self.row(y).get(x as usize).copied() } else { None }
+    pub(crate) fn fetch_pixel(&self, x: u32, y: u32) {
+        fetch(self.data, (y as usize).wrapping_mul(self.stride).wrapping_add(x as usize));
     }
 
     /// A pixel, for those who keep the bounds true themselves.
@@ -308,6 +313,11 @@ impl<P: Copy + Default + 'static> Target for Plane<'_, P> {
         self.row_mut(y)[x..x + count * BLOCK].as_chunks_mut().0
     }
 
+    #[inline(always)]
+    fn fetch(&self, x: u32, y: u32) {
+        self.fetch_pixel(x, y);
+    }
+
     fn background(&self) -> Option<P> {
         self.background
     }
@@ -391,6 +401,11 @@ impl<T: Target + ?Sized> Target for &mut T {
         (**self).blocks(x, y, count)
     }
 
+    #[inline(always)]
+    fn fetch(&self, x: u32, y: u32) {
+        (**self).fetch(x, y);
+    }
+
     fn background(&self) -> Option<T::Pixel> {
         (**self).background()
     }
@@ -426,6 +441,11 @@ macro_rules! tuple_target {
             #[inline(always)]
             fn write_pixel(&mut self, x: u32, y: u32, pixel: Self::Pixel) {
                 $(self.$i.write_pixel(x, y, pixel.$i);)+
+            }
+
+            #[inline(always)]
+            fn fetch(&self, x: u32, y: u32) {
+                $(self.$i.fetch(x, y);)+
             }
 
             fn background(&self) -> Option<Self::Pixel> {

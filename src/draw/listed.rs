@@ -105,8 +105,13 @@ impl<'a, B: Batch + ?Sized> Listed<'a, B> {
             let asked = tiler.asked::<S>(depth.as_deref());
             tiler.look_at::<EIGHT, _, _>(simd, self, count, window);
             tiler.clear_under_small(target, depth.as_deref_mut());
+            tiler.fetch_small(window, target, depth.as_deref());
             for (k, entry) in entries.iter().enumerate().take(count) {
                 let i = first + entry.polygon;
+                if tiler.may_be_far(k + 1) {
+                    let next = self.polygon(k + 1);
+                    tiler.fetch_next(&next, window, target, depth.as_deref());
+                }
                 shader.start(i);
                 let before = match pass {
                     Pass::Only(_) => None,

@@ -4,7 +4,6 @@
     reason = "loops over arrays are unrolled, iterators are not"
 )]
 
-use core::hint::black_box;
 use core::ops::Range;
 
 use fearless_simd::{Level, Simd, dispatch, f64x8};
@@ -21,14 +20,9 @@ use crate::number::{EIGHT, Number};
 use crate::placed::Constants;
 use crate::polygon::Polygon;
 use crate::space::{PixelRect, Viewport};
-use crate::target::DepthBuffer;
 
 /// So many rows from one polygon to the next are too many for a cache to hold what lies between.
-const FAR: u32 = 256;
-
-/// So many of [`EIGHT`] that lie far from the one before make it worth reading ahead: one alone is where a mesh
-/// begins a new strip.
-const MANY: u32 = 2;
+pub(super) const FAR: u32 = 64;
 
 /// Polygons that are looked at together, at most: so many that those among them that cover pixels fill
 /// lanes.
@@ -70,6 +64,13 @@ pub(super) struct Bunch {
     pub(super) quad_looks: Looks<4>,
     pub(super) triangles_ready: Ready,
     pub(super) quads_ready: Ready,
+    /// So many small ones lie far from the one before.
+    pub(super) far: usize,
+    /// The first row of the last small one, and of the last of the others.
+    pub(super) last_small_row: i32,
+    pub(super) last_row: i32,
+    /// So many of the others may yet lie near those before them until fewer are looked at.
+    pub(super) patience: usize,
 }
 
 /// Those of one kind that cover pixels are set up some at a time.
@@ -112,7 +113,7 @@ impl Bunch {
     /// Begins with `count` polygons.
     #[inline(always)]
     pub(super) fn start(&mut self, count: usize) {
-        self.count = count.min(BUNCH);
+        (self.count, self.far) = (count.min(BUNCH), 0);
         for ready in [&mut self.triangles_ready, &mut self.quads_ready] {
             (ready.filled, ready.lane) = (0, 0);
         }
@@ -145,7 +146,7 @@ impl Bunch {
         polygons: Range<usize>,
         scope: &Scope,
     ) {
-        let Self { sights, found, quad_looks, .. } = self;
+        let Self { sights, found, quad_looks, far, last_small_row, .. } = self;
         simd.vectorize(
             #[inline(always)]
             || {
@@ -157,6 +158,7 @@ impl Bunch {
                     let mut sight = quad_looks.sight(lane, scope, found);
                     if sight == Sight::Pixels {
                         sight = quad_looks.cover(simd, lane, scope, found);
+                        *far += count_far(last_small_row, found.bounds.y0);
                     }
                     sights[k % BUNCH] =
                         if sight == Sight::Pixels { Sight::PixelsOfQuad } else { sight };
@@ -231,6 +233,14 @@ impl Bunch {
     }
 }
 
+/// 1 if `row` is far from the one before it.
+#[inline(always)]
+pub(super) fn count_far(last: &mut i32, row: i32) -> usize {
+    let is_far = row.abs_diff(*last) > FAR;
+    *last = row;
+    is_far.into()
+}
+
 /// [`Looks::look`], compiled for the instruction set, and once.
 #[inline(never)]
 fn look_at_eight<const N: usize>(
@@ -254,36 +264,6 @@ impl Ready {
     pub(super) fn next_lane(&mut self) -> usize {
         self.lane += 1;
         (self.lane - 1) % EIGHT
-    }
-
-    /// Reads the stored depths where those lie that are set up, if that is far from each other: what is not in
-    /// the cache comes for all of them at once, and not for one after the other.
-    #[inline(always)]
-    pub(super) fn read_ahead(&self, origin: [i32; 2], depths: Option<&DepthBuffer<'_>>) {
-        let mut jumps = 0;
-        for lane in 1..self.filled.min(EIGHT) {
-            let [last, row] = [self.bounds[lane - 1].y0, self.bounds[lane].y0];
-            jumps += u32::from(row.abs_diff(last) > FAR);
-        }
-        if let Some(depths) = depths
-            && jumps >= MANY
-        {
-            self.read_depths(origin, depths);
-        }
-    }
-
-    #[inline(never)]
-    fn read_depths(&self, [x, y]: [i32; 2], depths: &DepthBuffer<'_>) {
-        let mut read = 0;
-        for PixelRect { x0, y0, y1, .. } in self.bounds.iter().take(self.filled) {
-            let column = x0.wrapping_sub(x).cast_unsigned();
-            for row in *y0..*y1 {
-                let depth = depths.pixel(column, row.wrapping_sub(y).cast_unsigned());
-                read |= depth.map_or(0, f32::to_bits);
-            }
-        }
-        // Else nothing would be read at all.
-        black_box(read);
     }
 
     /// Sets up what is `asked`, of polygons with `N` corners.

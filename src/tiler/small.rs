@@ -5,7 +5,7 @@ use core::ops::Range;
 
 use fearless_simd::Simd;
 
-use super::bunch::{Asked, BUNCH, Bunch, Several, place_in_lane, place_quads};
+use super::bunch::{Asked, BUNCH, Bunch, Several, count_far, place_in_lane, place_quads};
 use super::scan::{Counts, Taken, take_in_view};
 use super::{Outcome, Precision, Seen, Tiler, positions_of};
 use crate::depth::DepthTest;
@@ -47,11 +47,14 @@ impl Tiler {
         while first < self.bunch.count {
             let end = self.bunch.count.min(first + LANES);
             self.look_from_outside::<LANES, _, _>(simd, several, first..end, window);
-            let Bunch { sights, found, looks, .. } = &mut self.bunch;
+            let Bunch { sights, found, looks, far, last_small_row, .. } = &mut self.bunch;
             for k in first..end {
                 let found = &mut found[k % BUNCH];
                 sights[k % BUNCH] = match looks.sight(k - first, &scope, found) {
-                    Sight::Pixels => looks.cover(simd, k - first, &scope, found),
+                    Sight::Pixels => {
+                        *far += count_far(last_small_row, found.bounds.y0);
+                        looks.cover(simd, k - first, &scope, found)
+                    }
                     sight => sight,
                 };
             }
@@ -200,7 +203,6 @@ impl Tiler {
                     }
                     let made_of = (self.depth_test.source, self.viewport);
                     self.bunch.set_up::<LANES, 4, _>(self.simd.0, several, k, asked, made_of);
-                    self.bunch.quads_ready.read_ahead(self.origin, depth.as_deref());
                 }
                 let ready = &mut self.bunch.quads_ready;
                 let lane = ready.next_lane();
@@ -280,7 +282,6 @@ impl Tiler {
         if self.bunch.triangles_ready.are_drawn() {
             let made_of = (self.depth_test.source, self.viewport);
             self.bunch.set_up::<LANES, 3, _>(self.simd.0, several, k, asked, made_of);
-            self.bunch.triangles_ready.read_ahead(self.origin, depth.as_deref());
         }
         let ready = &mut self.bunch.triangles_ready;
         let lane = ready.next_lane();

@@ -1,0 +1,114 @@
+//! What polygons that come next may cover is asked for before it is needed, where they lie so far from each
+//! other that it is in no cache.
+
+use super::Tiler;
+use super::bunch::{BUNCH, Bunch, FAR};
+use super::sort::placed_for;
+use crate::fixed::Subpixel;
+use crate::in_view::Sight;
+use crate::polygon::Polygon;
+use crate::shade::BLOCK;
+use crate::space::PixelRect;
+use crate::target::{DepthBuffer, Target};
+
+/// Where one small polygon in so many lies far from the one before, it is worth it: in a mesh one does where it
+/// begins a new strip.
+const FEW: usize = 4;
+
+/// After so many that are not worth it, only one of so many is looked at.
+const PATIENCE: usize = 8;
+
+/// So many runs of 16 pixels are asked for at most: what is larger takes longer than its memory does.
+const MOST_RUNS: u32 = 128;
+
+impl Tiler {
+    /// Asks for the memory of what the small polygons that have been looked at may cover.
+    #[inline(always)]
+    pub(crate) fn fetch_small<T: Target>(
+        &self,
+        window: PixelRect,
+        target: &T,
+        depth: Option<&DepthBuffer<'_>>,
+    ) {
+        let Bunch { sights, found, count, far, .. } = &self.bunch;
+        if far * FEW <= *count {
+            return;
+        }
+        for (sight, found) in sights.iter().zip(found).take(*count) {
+            if matches!(sight, Sight::Pixels | Sight::PixelsOfQuad) {
+                self.fetch(found.bounds.intersect(window), target, depth);
+            }
+        }
+    }
+
+    /// Is it worth a look where polygon `k` lies, which is none of the small ones?
+    #[inline(always)]
+    pub(crate) fn may_be_far(&self, k: usize) -> bool {
+        let Bunch { sights, count, patience, .. } = &self.bunch;
+        k < *count && sights[k % BUNCH] == Sight::Elsewhere && (*patience > 0 || k % PATIENCE == 0)
+    }
+
+    /// Asks for the memory of what `polygon`, which is not small and comes next, may cover, if it is of few
+    /// pixels and far from the one before it.
+    #[inline(always)]
+    pub(crate) fn fetch_next<V: Polygon + ?Sized, T: Target>(
+        &mut self,
+        polygon: &V,
+        window: PixelRect,
+        target: &T,
+        depth: Option<&DepthBuffer<'_>>,
+    ) {
+        let Some(placed) = placed_for(self.viewport, polygon) else { return };
+        self.bunch.patience = self.bunch.patience.saturating_sub(1);
+        let (mut low, mut high) = ([i32::MAX; 2], [i32::MIN; 2]);
+        for i in 0..polygon.len() {
+            let vertex = placed.vertex(polygon.placed_index(i));
+            if !vertex.within {
+                return;
+            }
+            for k in 0..2 {
+                (low[k], high[k]) = (low[k].min(vertex.bits[k]), high[k].max(vertex.bits[k]));
+            }
+        }
+        let rect = self.viewport.rect();
+        let pixel = |bits: i32, corner: i32| (bits >> Subpixel::FRACTION_BITS).wrapping_add(corner);
+        let bounds = PixelRect {
+            x0: pixel(low[0], rect.x0),
+            y0: pixel(low[1], rect.y0),
+            x1: pixel(high[0], rect.x0).wrapping_add(1),
+            y1: pixel(high[1], rect.y0).wrapping_add(1),
+        };
+        let far = bounds.y0.abs_diff(self.bunch.last_row) > FAR;
+        self.bunch.last_row = bounds.y0;
+        let runs = bounds.x1.abs_diff(bounds.x0) / BLOCK as u32 + 1;
+        if far && bounds.y1.abs_diff(bounds.y0).saturating_mul(runs) <= MOST_RUNS {
+            self.bunch.patience = PATIENCE;
+            self.fetch(bounds.intersect(window), target, depth);
+        }
+    }
+
+    /// Asks for the memory of the pixels of `bounds`.
+    #[inline(always)]
+    fn fetch<T: Target>(&self, bounds: PixelRect, target: &T, depth: Option<&DepthBuffer<'_>>) {
+        if bounds.is_empty() {
+            return;
+        }
+        let [origin_x, origin_y] = self.origin;
+        let [first, last] =
+            [bounds.x0, bounds.x1 - 1].map(|x| x.wrapping_sub(origin_x).cast_unsigned());
+        for y in bounds.y0..bounds.y1 {
+            let y = y.wrapping_sub(origin_y).cast_unsigned();
+            let mut x = first;
+            loop {
+                if let Some(depth) = depth {
+                    depth.fetch_pixel(x, y);
+                }
+                target.fetch(x, y);
+                if x >= last {
+                    break;
+                }
+                x = last.min(x.saturating_add(BLOCK as u32));
+            }
+        }
+    }
+}
