@@ -17,6 +17,7 @@ use crate::stats::{FaceCount, Outcome, Stats};
 use crate::subnormal;
 use crate::target::{DepthBuffer, Target};
 use crate::tiler::Tiler;
+use crate::tiler::ahead::AHEAD;
 use crate::tiler::bunch::{BUNCH, Several};
 use crate::tiler::keep::{Keep, Kept};
 
@@ -105,9 +106,17 @@ impl<'a, B: Batch + ?Sized> Listed<'a, B> {
             let asked = tiler.asked::<S>(depth.as_deref());
             tiler.look_at::<EIGHT, _, _>(simd, self, count, window);
             tiler.clear_under_small(target, depth.as_deref_mut());
-            tiler.fetch_small(window, target, depth.as_deref());
+            let are_far_apart = tiler.are_far_apart();
+            if are_far_apart {
+                for k in 0..AHEAD {
+                    tiler.fetch_small(k, window, target, depth.as_deref());
+                }
+            }
             for (k, entry) in entries.iter().enumerate().take(count) {
                 let i = first + entry.polygon;
+                if are_far_apart {
+                    tiler.fetch_small(k + AHEAD, window, target, depth.as_deref());
+                }
                 if tiler.may_be_far(k + 1) {
                     let next = self.polygon(k + 1);
                     tiler.fetch_next(&next, window, target, depth.as_deref());

@@ -15,6 +15,9 @@ use crate::target::{DepthBuffer, Target};
 /// begins a new strip.
 const FEW: usize = 4;
 
+/// So many polygons before it is drawn what is small is asked for: more than memory has time for are no use.
+pub(crate) const AHEAD: usize = 8;
+
 /// After so many that are not worth it, only one of so many is looked at.
 const PATIENCE: usize = 8;
 
@@ -22,22 +25,24 @@ const PATIENCE: usize = 8;
 const MOST_RUNS: u32 = 128;
 
 impl Tiler {
-    /// Asks for the memory of what the small polygons that have been looked at may cover.
+    /// Do the small polygons that have been looked at lie far from each other?
+    #[inline(always)]
+    pub(crate) fn are_far_apart(&self) -> bool {
+        self.bunch.far * FEW > self.bunch.count
+    }
+
+    /// Asks for the memory of what polygon `k`, which has been looked at, may cover, if it is small.
     #[inline(always)]
     pub(crate) fn fetch_small<T: Target>(
         &self,
+        k: usize,
         window: PixelRect,
         target: &T,
         depth: Option<&DepthBuffer<'_>>,
     ) {
-        let Bunch { sights, found, count, far, .. } = &self.bunch;
-        if far * FEW <= *count {
-            return;
-        }
-        for (sight, found) in sights.iter().zip(found).take(*count) {
-            if matches!(sight, Sight::Pixels | Sight::PixelsOfQuad) {
-                self.fetch(found.bounds.intersect(window), target, depth);
-            }
+        let Bunch { sights, found, count, .. } = &self.bunch;
+        if k < *count && matches!(sights[k % BUNCH], Sight::Pixels | Sight::PixelsOfQuad) {
+            self.fetch(found[k % BUNCH].bounds.intersect(window), target, depth);
         }
     }
 

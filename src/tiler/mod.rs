@@ -24,7 +24,7 @@ use crate::subnormal;
 use crate::target::{DepthBuffer, Plane, Target};
 use crate::varying::Interpolation;
 
-mod ahead;
+pub(crate) mod ahead;
 pub(crate) mod bunch;
 mod hidden;
 pub(crate) mod keep;
