@@ -665,7 +665,43 @@ fn draw_lists_of_polygons_that_own_their_places() {
     }
 }
 
-/// Depths are read ahead there: of places beyond the target on all four sides, too.
+/// What they cover is asked for before they are drawn: places beyond the target on all four sides, too.
+#[test]
+fn draw_lists_of_octagons_far_from_each_other() {
+    let vertex = |i: u32| {
+        let (octagon, corner) = (i / 8, f64::from(i % 8) * std::f64::consts::FRAC_PI_4);
+        let (x, y) = (f64::from(octagon % 37) / 18.0 - 1.0, 1.0 - f64::from(octagon % 13) / 100.0);
+        let (x, y) = (x * 0.87, if octagon.is_multiple_of(2) { y } else { -y } * 0.87);
+        let (dx, dy) = (0.12 * corner.cos(), 0.08 * corner.sin());
+        let z = 0.5 + f64::from(octagon % 5) * 0.01 + dx * 0.1;
+        Vertex::new([x + dx, y + dy, z, 1.0], [dx as f32, octagon as f32])
+    };
+    let vertices: Vec<Corner> = (0..8 * 200).map(vertex).collect();
+    let faces: Vec<[u32; 8]> =
+        (0..200).map(|i| [0, 1, 2, 3, 4, 5, 6, 7].map(|k| 8 * i + k)).collect();
+    let polygons: Vec<Vec<Corner>> = vertices.chunks(8).map(<[Corner]>::to_vec).collect();
+    let viewport = Viewport::new(-3, 7, 160, 340).expect("small");
+    let positions: Vec<_> = vertices.iter().map(|vertex| vertex.position).collect();
+    let mut placed = Placed::new(viewport);
+    placed.set(&positions, Simd::auto());
+    let mesh = Mesh::new(vertices.as_slice(), &faces).expect("all there").with_placed(&placed);
+    for precision in [Precision::Fast, Precision::Exact] {
+        let mut tiler = Tiler::new(viewport);
+        tiler.set_origin(2, 11).set_precision(precision);
+        let expected = one_by_one(&mut tiler, &polygons);
+        let shaded = tiler.stats().pixels_shaded;
+        assert!(shaded > 5000, "{shaded}");
+        for threads in [1, 3] {
+            let mut frame = Frame::new(Tiler::new(viewport));
+            frame.set_parallel(threads > 1);
+            frame.settings().set_origin(2, 11).set_precision(precision);
+            let shader = Numbered::<true>::default();
+            assert!(pool(threads).install(|| list_of(&mut frame, &mesh, shader)) == expected);
+        }
+    }
+}
+
+/// The same of small ones.
 #[test]
 fn draw_lists_of_small_polygons_far_from_each_other() {
     let polygon = |i: usize| -> Vec<Corner> {
