@@ -11,6 +11,7 @@ use core::ops::Range;
 use fearless_simd::{Simd as Level, SimdBase, SimdMask, dispatch, f64x4};
 use glam::DMat4;
 
+use crate::fetch::fetch;
 use crate::fixed::{Subpixel, WHOLE, whole_of};
 use crate::simd::Simd;
 use crate::space::{DepthRange, Viewport};
@@ -93,6 +94,12 @@ impl Placed {
     /// For which viewport.
     pub fn viewport(&self) -> Viewport {
         self.viewport
+    }
+
+    /// Asks for the memory of vertex `i`, if there is one.
+    #[inline(always)]
+    pub(crate) fn fetch(&self, i: usize) {
+        fetch(&self.vertices, i);
     }
 
     /// Vertex `i`; one that is not within the view for a number that there is not.

@@ -45,6 +45,11 @@ pub trait Polygon {
     fn placed_index(&self, i: usize) -> usize {
         i
     }
+
+    /// What it has of its vertices will be asked for soon: who knows where that lies may ask for its memory.
+    /// Where they are placed is asked for anyway.
+    #[inline]
+    fn fetch(&self) {}
 }
 
 impl<V: Polygon + ?Sized> Polygon for &V {
@@ -76,6 +81,11 @@ impl<V: Polygon + ?Sized> Polygon for &V {
     #[inline(always)]
     fn placed_index(&self, i: usize) -> usize {
         (**self).placed_index(i)
+    }
+
+    #[inline(always)]
+    fn fetch(&self) {
+        (**self).fetch();
     }
 }
 

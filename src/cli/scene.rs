@@ -452,4 +452,11 @@ impl<V: Vertices> Polygon for PiecePolygon<'_, V> {
     fn placed_index(&self, i: usize) -> usize {
         self.positions[i] as usize
     }
+
+    #[inline(always)]
+    fn fetch(&self) {
+        for i in self.positions {
+            prefetch_index::prefetch_index(self.clip, *i as usize);
+        }
+    }
 }

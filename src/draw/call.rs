@@ -169,18 +169,24 @@ impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
         let (mut shader, mut target, mut depth) = self.paint.open(canvas);
         let window = tiler.window(target.size(), depth.as_ref());
         let mut pass = Pass::Band { keep, first_kept, band, is_top };
-        let mut some = [Entry::default(); BUNCH];
-        loop {
+        let mut take = || {
+            let mut some = [Entry::default(); BUNCH];
             let mut count = 0;
             for (place, entry) in some.iter_mut().zip(&mut entries) {
                 *place = entry;
                 count += 1;
             }
-            if count == 0 {
-                break;
-            }
-            let some = Listed { batch: &self.batch, first, count, entries: &some };
-            some.draw(tiler, &mut pass, window, &mut shader, &mut target, depth.as_mut());
+            (some, count)
+        };
+        // What a band has of a mesh lies anywhere in it: the vertices of the next ones come meanwhile.
+        let (mut some, mut count) = take();
+        while count > 0 {
+            let (next, next_count) = take();
+            let batch = &self.batch;
+            Listed { batch, first, count: next_count, entries: &next }.fetch();
+            let some_listed = Listed { batch, first, count, entries: &some };
+            some_listed.draw(tiler, &mut pass, window, &mut shader, &mut target, depth.as_mut());
+            (some, count) = (next, next_count);
         }
     }
 }

@@ -11,6 +11,7 @@ use super::bins::{Bins, Entry};
 use crate::batch::Batch;
 use crate::depth::Occluders;
 use crate::number::EIGHT;
+use crate::polygon::Polygon;
 use crate::shade::Shader;
 use crate::space::PixelRect;
 use crate::stats::{FaceCount, Outcome, Stats};
@@ -30,6 +31,9 @@ pub(super) struct Listed<'a, B: ?Sized> {
     pub(super) count: usize,
     pub(super) entries: &'a [Entry; BUNCH],
 }
+
+/// One polygon in so many is few of them.
+const FEW_OF: usize = 4;
 
 /// One after the other.
 static IN_ORDER: [Entry; BUNCH] = {
@@ -88,6 +92,25 @@ impl<'a, B: Batch + ?Sized> Listed<'a, B> {
             count: BUNCH.min(end - first),
             entries: &IN_ORDER,
         })
+    }
+
+    /// Asks for the memory of their vertices, if they are few of many: what lies side by side is fetched anyway.
+    #[inline(never)]
+    pub(super) fn fetch(&self) {
+        let entries = self.entries.get(..self.count).unwrap_or_default();
+        let (Some(first), Some(last)) = (entries.first(), entries.last()) else { return };
+        if last.polygon.saturating_sub(first.polygon) < FEW_OF * self.count {
+            return;
+        }
+        for entry in entries {
+            let polygon = self.batch.polygon(self.first + entry.polygon);
+            if let Some(placed) = polygon.placed() {
+                for i in 0..polygon.len() {
+                    placed.fetch(polygon.placed_index(i));
+                }
+            }
+            polygon.fetch();
+        }
     }
 
     /// Draws them.

@@ -1,4 +1,8 @@
 //! Strict attributes by their quick test: see [`doubt`](crate::doubt).
+#![expect(
+    clippy::needless_range_loop,
+    reason = "loops over arrays are unrolled, iterators are not"
+)]
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f64x4};
 

@@ -50,7 +50,9 @@ impl Tiler {
     #[inline(always)]
     pub(crate) fn may_be_far(&self, k: usize) -> bool {
         let Bunch { sights, count, patience, .. } = &self.bunch;
-        k < *count && sights[k % BUNCH] == Sight::Elsewhere && (*patience > 0 || k % PATIENCE == 0)
+        k < *count
+            && sights[k % BUNCH] == Sight::Elsewhere
+            && (*patience > 0 || k.is_multiple_of(PATIENCE))
     }
 
     /// Asks for the memory of what `polygon`, which is not small and comes next, may cover, if it is of few
