@@ -8,6 +8,7 @@
 use alloc::vec::Vec;
 
 use crate::error::Error;
+use crate::fetch::fetch;
 use crate::placed::Placed;
 use crate::space::ClipPosition;
 
@@ -46,10 +47,10 @@ pub trait Polygon {
         i
     }
 
-    /// What it has of its vertices will be asked for soon: who knows where that lies may ask for its memory.
-    /// Where they are placed is asked for anyway.
+    /// Vertex `i` (below `len()`) will be read soon: who knows where it lies may ask for its memory. Where it is
+    /// [placed](Self::placed) is asked for anyway.
     #[inline]
-    fn fetch(&self) {}
+    fn fetch(&self, _i: usize) {}
 }
 
 impl<V: Polygon + ?Sized> Polygon for &V {
@@ -84,8 +85,8 @@ impl<V: Polygon + ?Sized> Polygon for &V {
     }
 
     #[inline(always)]
-    fn fetch(&self) {
-        (**self).fetch();
+    fn fetch(&self, i: usize) {
+        (**self).fetch(i);
     }
 }
 
@@ -126,6 +127,11 @@ macro_rules! vertex_list {
             #[inline]
             fn attribute(&self, i: usize, k: usize) -> f32 {
                 self[i].attributes[k]
+            }
+
+            #[inline]
+            fn fetch(&self, i: usize) {
+                fetch(self, i);
             }
         }
     };
@@ -190,6 +196,12 @@ impl<P: ClipPosition> Polygon for Strided<'_, P> {
     #[inline]
     fn attribute(&self, i: usize, k: usize) -> f32 {
         self.attributes[i * self.stride + k]
+    }
+
+    #[inline]
+    fn fetch(&self, i: usize) {
+        fetch(self.positions, i);
+        fetch(self.attributes, i.wrapping_mul(self.stride));
     }
 }
 
@@ -261,5 +273,10 @@ impl<V: Polygon + ?Sized> Polygon for Indexed<'_, V> {
     #[inline]
     fn placed_index(&self, i: usize) -> usize {
         self.indices[i] as usize
+    }
+
+    #[inline]
+    fn fetch(&self, i: usize) {
+        self.vertices.fetch(self.indices[i] as usize);
     }
 }

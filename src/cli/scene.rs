@@ -454,9 +454,7 @@ impl<V: Vertices> Polygon for PiecePolygon<'_, V> {
     }
 
     #[inline(always)]
-    fn fetch(&self) {
-        for i in self.positions {
-            prefetch_index::prefetch_index(self.clip, *i as usize);
-        }
+    fn fetch(&self, i: usize) {
+        prefetch_index::prefetch_index(self.clip, self.positions[i] as usize);
     }
 }

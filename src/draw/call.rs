@@ -178,14 +178,13 @@ impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
             }
             (some, count)
         };
-        // What a band has of a mesh lies anywhere in it: the vertices of the next ones come meanwhile.
+        let batch = &self.batch;
         let (mut some, mut count) = take();
         while count > 0 {
             let (next, next_count) = take();
-            let batch = &self.batch;
             Listed { batch, first, count: next_count, entries: &next }.fetch();
-            let some_listed = Listed { batch, first, count, entries: &some };
-            some_listed.draw(tiler, &mut pass, window, &mut shader, &mut target, depth.as_mut());
+            let now = Listed { batch, first, count, entries: &some };
+            now.draw(tiler, &mut pass, window, &mut shader, &mut target, depth.as_mut());
             (some, count) = (next, next_count);
         }
     }

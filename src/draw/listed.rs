@@ -104,12 +104,13 @@ impl<'a, B: Batch + ?Sized> Listed<'a, B> {
         }
         for entry in entries {
             let polygon = self.batch.polygon(self.first + entry.polygon);
-            if let Some(placed) = polygon.placed() {
-                for i in 0..polygon.len() {
+            let placed = polygon.placed();
+            for i in 0..polygon.len() {
+                if let Some(placed) = placed {
                     placed.fetch(polygon.placed_index(i));
                 }
+                polygon.fetch(i);
             }
-            polygon.fetch();
         }
     }
 

@@ -19,7 +19,7 @@ use crate::in_view::{InView, Looks, Places, Scope, Sight};
 use crate::number::{EIGHT, Number};
 use crate::placed::Constants;
 use crate::polygon::Polygon;
-use crate::space::{PixelRect, Viewport};
+use crate::space::Viewport;
 
 /// So many rows from one polygon to the next are too many for a cache to hold what lies between.
 pub(super) const FAR: u32 = 64;
@@ -79,8 +79,6 @@ pub(super) struct Ready {
     /// So many lanes are, and so many of these have been drawn.
     filled: usize,
     lane: usize,
-    /// Of the framebuffer: the pixels of each one's bounding box.
-    bounds: [PixelRect; EIGHT],
     corners: SmallCorners,
     pub(super) depths: SmallDepths,
     pub(super) setups: SmallSetups,
@@ -180,7 +178,7 @@ impl Bunch {
     ) {
         let Self { count, sights, found, triangles_ready, quads_ready, .. } = self;
         let ready = if N == 3 { triangles_ready } else { quads_ready };
-        let Ready { bounds, corners, setups, .. } = ready;
+        let Ready { corners, setups, .. } = ready;
         let most = if asked.setups { asked.most } else { 0 };
         let n = several.polygon(first).attribute_count().min(most);
         let attributes = setups.attributes_mut(n);
@@ -195,7 +193,6 @@ impl Bunch {
             }
             let (polygon, found, at) = (several.polygon(k), &found[k % BUNCH], lanes % EIGHT);
             lanes += 1;
-            bounds[at] = found.bounds;
             let [(column, u), (row, v)] = found.middle();
             (corners.anchor[0][at], corners.anchor[1][at]) = (column.into(), row.into());
             corners.reach[at] = u.greater(v);
