@@ -78,7 +78,13 @@ impl Doubt {
         self.always * ROOM
     }
 
-    /// The same in some blocks with these greatest 1/Q; what is not a number says that all are in doubt.
+    /// The same in a block with this greatest 1/Q; what is not a number says that all are in doubt.
+    #[inline(always)]
+    pub(crate) fn least_of_one(&self, greatest_r: f64) -> f64 {
+        self.always * ROOM + self.by_r * ROOM * greatest_r
+    }
+
+    /// The same in some blocks with these greatest 1/Q.
     #[inline(always)]
     pub(crate) fn least<S: Simd>(&self, simd: S, greatest_r: f64x4<S>) -> f64x4<S> {
         f64x4::splat(simd, self.always * ROOM) + f64x4::splat(simd, self.by_r * ROOM) * greatest_r

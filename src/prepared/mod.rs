@@ -299,13 +299,11 @@ impl<S: Simd> Prepared<S> {
             return Some(0);
         }
         if self.strict {
-            let mut undecided = [0; AHEAD];
             // What is less usual here is a function of its own, which all shaders share.
-            let good = simd.vectorize(
+            return simd.vectorize(
                 #[inline(always)]
-                || self.find_strict(simd, count, middle, &[mask], lanes, &mut undecided),
+                || self.find_one_strict(simd, count, middle, mask, lanes),
             );
-            return (good > 0).then_some(undecided[0]);
         }
         if !self.short {
             simd.vectorize(

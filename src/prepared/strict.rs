@@ -73,30 +73,69 @@ impl<S: Simd> Prepared<S> {
                 rounded.store_array(lanes);
             }
             if ties.any(simd) {
-                undecided[block] |= self.near_ties(simd, count, block, &ahead, &reciprocals);
+                let middle = middle + (block * BLOCK) as f64;
+                undecided[block] |= self.near_ties(simd, count, middle, &reciprocals[block]);
             }
         }
         good
     }
 
-    /// A bit for each attribute that has a value near a tie in this block of those `ahead`: one block in some
-    /// hundred has.
-    #[cold]
-    #[inline(never)]
-    fn near_ties(
+    /// [`find_one`](Self::find_one) of strict attributes: what is found for four blocks is found for one here,
+    /// and of that only the lanes from the first to the last of `mask` have to be decided.
+    #[inline(always)]
+    pub(super) fn find_one_strict(
         &self,
         simd: S,
         count: usize,
-        block: usize,
-        ahead: &[[f64; AHEAD]; FUNCTIONS],
-        reciprocals: &[Wide<S>; AHEAD],
-    ) -> u16 {
+        middle: f64,
+        mask: u16,
+        lanes: &mut [[f32; BLOCK]],
+    ) -> Option<u16> {
+        let first_lane = f64::from(mask.trailing_zeros()) - MIDDLE;
+        let last_lane = LAST - f64::from(mask.leading_zeros());
+        let q = self.on_row(0).at(middle);
+        let [first, last] = [q + first_lane * self.steps[0], q + last_lane * self.steps[0]];
+        let (least, greatest) = if first < last { (first, last) } else { (last, first) };
+        if !(least >= self.least_q && greatest < LARGEST_Q) {
+            return None;
+        }
+        let mut r = Wide::splat(simd, self.r);
+        let (mut r_first, mut r_last, mut greatest_r) = (self.r, self.r, self.r);
+        if self.divided == Divided::ByLane {
+            r = self.strict_lanes(simd, 0, q).quick_reciprocal(simd);
+            (r_first, r_last, greatest_r) = (1.0 / first, 1.0 / last, 1.0 / least);
+        }
+        let (mut ties, mut undecided) = (Ties::none(simd), 0);
+        for (i, lanes) in (1..FUNCTIONS).zip(lanes).take(count) {
+            let (d, base) = (self.on_row(i).at(middle), self.bases[i]);
+            let value = self.strict_value(simd, i, d, r);
+            ties = ties.and(simd, value);
+            value.narrow().max(self.low[i]).min(self.high[i]).store_array(lanes);
+            // Between its ends a value is monotone.
+            let first = (d + first_lane * self.steps[i]) * r_first + base;
+            let last = (d + last_lane * self.steps[i]) * r_last + base;
+            let least = self.doubts[i].least_of_one(greatest_r);
+            let above = (first >= least) & (last >= least);
+            let below = (first <= -least) & (last <= -least);
+            undecided |= u16::from(!(above | below)) << (i - 1);
+        }
+        if ties.any(simd) {
+            undecided |= self.near_ties(simd, count, middle, &r);
+        }
+        Some(undecided)
+    }
+
+    /// A bit for each attribute that has a value near a tie in the block around `middle`, where 1/Q is `r`: one
+    /// block in some hundred has.
+    #[cold]
+    #[inline(never)]
+    fn near_ties(&self, simd: S, count: usize, middle: f64, r: &Wide<S>) -> u16 {
         simd.vectorize(
             #[inline(always)]
             || {
                 let mut near = 0;
                 for i in 1..=count.min(FUNCTIONS - 1) {
-                    let value = self.strict_value(simd, i, ahead[i][block], reciprocals[block]);
+                    let value = self.strict_value(simd, i, self.on_row(i).at(middle), *r);
                     near |= u16::from(Ties::none(simd).and(simd, value).any(simd)) << (i - 1);
                 }
                 near
