@@ -143,7 +143,7 @@ impl<'a, B: Batch + ?Sized> Listed<'a, B> {
                 }
                 if tiler.may_be_far(k + 1) {
                     let next = self.polygon(k + 1);
-                    tiler.fetch_next(&next, window, target, depth.as_deref());
+                    tiler.fetch_next(simd, &next, window, target, depth.as_deref());
                 }
                 shader.start(i);
                 let before = match pass {

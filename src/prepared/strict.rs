@@ -67,10 +67,7 @@ impl<S: Simd> Prepared<S> {
             for (i, lanes) in (1..FUNCTIONS).zip(lanes).take(count) {
                 let value = self.strict_value(simd, i, ahead[i][block], r);
                 ties = ties.and(simd, value);
-                let rounded = value.narrow();
-                let rounded =
-                    if is_clamped { rounded.max(self.low[i]).min(self.high[i]) } else { rounded };
-                rounded.store_array(lanes);
+                self.store_rounded(i, value, is_clamped, lanes);
             }
             if ties.any(simd) {
                 let middle = middle + (block * BLOCK) as f64;
@@ -110,7 +107,7 @@ impl<S: Simd> Prepared<S> {
             let (d, base) = (self.on_row(i).at(middle), self.bases[i]);
             let value = self.strict_value(simd, i, d, r);
             ties = ties.and(simd, value);
-            value.narrow().max(self.low[i]).min(self.high[i]).store_array(lanes);
+            self.store_rounded(i, value, true, lanes);
             // Between its ends a value is monotone.
             let first = (d + first_lane * self.steps[i]) * r_first + base;
             let last = (d + last_lane * self.steps[i]) * r_last + base;
@@ -197,6 +194,14 @@ impl<S: Simd> Prepared<S> {
     #[inline(always)]
     fn strict_value(&self, simd: S, i: usize, at_middle: f64, r: Wide<S>) -> Wide<S> {
         self.strict_lanes(simd, i, at_middle) * r + Wide::splat(simd, self.bases[i])
+    }
+
+    /// Attribute `i`, rounded once.
+    #[inline(always)]
+    fn store_rounded(&self, i: usize, value: Wide<S>, is_clamped: bool, lanes: &mut [f32; BLOCK]) {
+        let rounded = value.narrow();
+        let rounded = if is_clamped { rounded.max(self.low[i]).min(self.high[i]) } else { rounded };
+        rounded.store_array(lanes);
     }
 
     /// Function `i` at the first lanes and at the last ones of blocks in whose middles it is so much.

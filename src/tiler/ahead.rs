@@ -1,10 +1,11 @@
 //! What polygons that come next may cover is asked for before it is needed, where they lie so far from each
 //! other that it is in no cache.
 
+use fearless_simd::Simd;
+
 use super::Tiler;
 use super::bunch::{BUNCH, Bunch, FAR};
 use super::sort::placed_for;
-use crate::fixed::Subpixel;
 use crate::in_view::Sight;
 use crate::polygon::Polygon;
 use crate::shade::BLOCK;
@@ -58,33 +59,20 @@ impl Tiler {
     /// Asks for the memory of what `polygon`, which is not small and comes next, may cover, if it is of few
     /// pixels and far from the one before it.
     #[inline(always)]
-    pub(crate) fn fetch_next<V: Polygon + ?Sized, T: Target>(
+    pub(crate) fn fetch_next<L: Simd, V: Polygon + ?Sized, T: Target>(
         &mut self,
+        simd: L,
         polygon: &V,
         window: PixelRect,
         target: &T,
         depth: Option<&DepthBuffer<'_>>,
     ) {
-        let Some(placed) = placed_for(self.viewport, polygon) else { return };
-        self.bunch.patience = self.bunch.patience.saturating_sub(1);
-        let (mut low, mut high) = ([i32::MAX; 2], [i32::MIN; 2]);
-        for i in 0..polygon.len() {
-            let vertex = placed.vertex(polygon.placed_index(i));
-            if !vertex.within {
-                return;
-            }
-            for k in 0..2 {
-                (low[k], high[k]) = (low[k].min(vertex.bits[k]), high[k].max(vertex.bits[k]));
-            }
+        // To find out where others lie takes longer.
+        if placed_for(self.viewport, polygon).is_none() {
+            return;
         }
-        let rect = self.viewport.rect();
-        let pixel = |bits: i32, corner: i32| (bits >> Subpixel::FRACTION_BITS).wrapping_add(corner);
-        let bounds = PixelRect {
-            x0: pixel(low[0], rect.x0),
-            y0: pixel(low[1], rect.y0),
-            x1: pixel(high[0], rect.x0).wrapping_add(1),
-            y1: pixel(high[1], rect.y0).wrapping_add(1),
-        };
+        self.bunch.patience = self.bunch.patience.saturating_sub(1);
+        let Some(bounds) = self.bounds_in_view(simd, polygon) else { return };
         let far = bounds.y0.abs_diff(self.bunch.last_row) > FAR;
         self.bunch.last_row = bounds.y0;
         let runs = bounds.x1.abs_diff(bounds.x0) / BLOCK as u32 + 1;

@@ -4,7 +4,6 @@ use fearless_simd::Simd as Lanes;
 
 use super::hidden::right_depth;
 use super::scan::{Counts, Taken, bounds};
-use super::sort::{placed_for, vertex_place};
 use super::tiles::{SMALL, TestedSpans};
 use super::{Precision, Scratch, Tiler, set_gradients};
 use crate::depth::{DepthSource, Occluders};
@@ -12,7 +11,6 @@ use crate::divide::snapped_area;
 use crate::fixed::Subpixel;
 use crate::gradient::{AttributesOf, Wanted, nearest_f32};
 use crate::hidden::Area;
-use crate::placed::PlacedVertex;
 use crate::polygon::Polygon;
 use crate::space::PixelRect;
 use crate::subnormal;
@@ -45,23 +43,8 @@ impl Tiler {
         if polygon.len() < 3 {
             return true;
         }
-        let placed = placed_for(self.viewport, polygon);
-        let PlacedVertex { bits, within } =
-            vertex_place(simd, &self.place_constants, polygon, placed, 0);
-        if !within {
-            return false;
-        }
-        let (mut low, mut high) = (bits, bits);
-        for i in 1..polygon.len() {
-            let PlacedVertex { bits: [x, y], within } =
-                vertex_place(simd, &self.place_constants, polygon, placed, i);
-            if !within {
-                return false;
-            }
-            low = [low[0].min(x), low[1].min(y)];
-            high = [high[0].max(x), high[1].max(y)];
-        }
-        self.bounds_between(low, high).intersect(window).area() < SMALL
+        let bounds = self.bounds_in_view(simd, polygon);
+        bounds.is_some_and(|bounds| bounds.intersect(window).area() < SMALL)
     }
 
     #[inline(never)]

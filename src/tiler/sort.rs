@@ -147,6 +147,30 @@ impl Tiler {
         PixelRect { x0: column(low[0]), y0: row(low[1]), x1: column(high[0]), y1: row(high[1]) }
     }
 
+    /// The pixels that a polygon may cover, if it has a vertex and lies within the view.
+    #[inline(always)]
+    pub(super) fn bounds_in_view<L: Simd, V: Polygon + ?Sized>(
+        &self,
+        simd: L,
+        polygon: &V,
+    ) -> Option<PixelRect> {
+        if polygon.len() == 0 {
+            return None;
+        }
+        let placed = placed_for(self.viewport, polygon);
+        let (mut low, mut high) = ([i32::MAX; 2], [i32::MIN; 2]);
+        for i in 0..polygon.len() {
+            let PlacedVertex { bits: [x, y], within } =
+                vertex_place(simd, &self.place_constants, polygon, placed, i);
+            if !within {
+                return None;
+            }
+            low = [low[0].min(x), low[1].min(y)];
+            high = [high[0].max(x), high[1].max(y)];
+        }
+        Some(self.bounds_between(low, high))
+    }
+
     /// Where the four vertices lie, of a polygon that has as many.
     #[inline(always)]
     pub(super) fn vertex_places<L: Simd, V: Polygon + ?Sized>(

@@ -5,7 +5,7 @@ use hyperspan::batch::{Batch, Mesh};
 use hyperspan::depth::{Compare, DepthBounds, DepthTest};
 use hyperspan::draw::{Call, Canvas, Frame, Polygons, Screen, With};
 use hyperspan::placed::Placed;
-use hyperspan::polygon::{Polygon, Vertex};
+use hyperspan::polygon::{Indexed, Polygon, Vertex};
 use hyperspan::shade::{BLOCK, Block, Inputs, Shader};
 use hyperspan::simd::Simd;
 use hyperspan::space::{DepthRange, Viewport};
@@ -701,7 +701,38 @@ fn draw_lists_of_octagons_far_from_each_other() {
     }
 }
 
-/// The same of small ones.
+/// Placed polygons of no vertices, one, two and so on.
+#[test]
+fn draw_lists_of_placed_polygons_of_any_length() {
+    let viewport = Viewport::new(0, 0, SIZE[0], SIZE[1]).expect("small");
+    let vertex = |i: u32| {
+        let angle = f64::from(i) * std::f64::consts::FRAC_PI_4;
+        Vertex::new([0.8 * angle.cos(), 0.8 * angle.sin(), 0.5, 1.0], [i as f32, 0.5])
+    };
+    let vertices: Vec<Corner> = (0..8).map(vertex).collect();
+    let positions: Vec<_> = vertices.iter().map(|vertex| vertex.position).collect();
+    let mut placed = Placed::new(viewport);
+    placed.set(&positions, Simd::auto());
+    // One in eight is looked at before it is drawn: that of no vertices, too.
+    let lengths: Vec<usize> = (0..72).map(|i| i % 8).collect();
+    let indices = [0, 1, 2, 3, 4, 5, 6, 7];
+    let indexed = |n: &usize| {
+        let polygon = Indexed::new(vertices.as_slice(), &indices[..*n]).expect("all there");
+        polygon.with_placed(&placed)
+    };
+    let polygons: Vec<_> = lengths.iter().map(indexed).collect();
+    let copies: Vec<Vec<Corner>> = lengths.iter().map(|n| vertices[..*n].to_vec()).collect();
+    let expected = one_by_one(&mut Tiler::new(viewport), &copies);
+    for threads in [1, 3] {
+        let mut frame = Frame::new(Tiler::new(viewport));
+        frame.set_parallel(threads > 1);
+        let shader = Numbered::<true>::default();
+        let draw = || list_of(&mut frame, polygons.as_slice(), shader);
+        assert!(pool(threads).install(draw) == expected, "{threads} threads");
+    }
+}
+
+/// Small polygons far from each other: what they cover is asked for, too.
 #[test]
 fn draw_lists_of_small_polygons_far_from_each_other() {
     let polygon = |i: usize| -> Vec<Corner> {

@@ -4,7 +4,7 @@
 //!
 //! - P1, exact coverage: `clipping`, `coverage`, `exhaustive`, `patterns`, `soak`
 //! - P2, bounded error: `cameras`, `precision`, `precision_many`, `precision_long_rows`,
-//!   `stability`
+//!   `precision_short_rows`, `stability`
 //! - P3, identical bits: `draw`, `lists`, `order`, `reproducible`
 //! - P4, total on any input: `flushed`, `fuzzed`, `nasty`, `total`
 //! - P6, nothing that the picture does not need: `culling`, `hidden`
@@ -40,6 +40,7 @@ mod patterns;
 mod precision;
 mod precision_many;
 mod precision_long_rows;
+mod precision_short_rows;
 mod reproducible;
 mod soak;
 mod stability;
