@@ -221,7 +221,7 @@ impl<'f> View<'f> {
 
     /// The same for all planes. The surface has `read` attributes.
     fn data(self, run: &Run, surface: impl Surface + 'f, read: usize, canvas: &Canvas) -> Skin<'f> {
-        let (extras, layout) = extras(self.model, run.look, canvas, read);
+        let (extras, layout) = extras(self.model, run.look, canvas, (read, surface.uv()));
         let surface = Box::new(surface);
         Skin::Data(Box::new(WithExtras { surface, read, model: self.model, extras }), layout)
     }
@@ -325,17 +325,22 @@ enum Extra {
     Position(usize),
 }
 
-/// What the data that is wanted needs of faces that look so, and where it is behind `first`
-/// other attributes.
-fn extras(model: &Model, look: Look, canvas: &Canvas, first: usize) -> (Vec<Extra>, Layout) {
+/// What the data that is wanted needs of faces that look so, and where it is behind the first `read`
+/// attributes, among which there may be texture coordinates from `uv` on.
+fn extras(
+    model: &Model,
+    look: Look,
+    canvas: &Canvas,
+    (read, uv): (usize, Option<usize>),
+) -> (Vec<Extra>, Layout) {
     let mut all = Vec::new();
     let mut add = |parts: &[Extra]| {
         all.extend_from_slice(parts);
-        Some(first + all.len() - parts.len())
+        Some(read + all.len() - parts.len())
     };
     let mut layout = Layout::default();
     if canvas.wants(Aov::Uv) && look.has_uvs {
-        layout.uv = add(&[0, 1].map(Extra::Uv));
+        layout.uv = uv.or_else(|| add(&[0, 1].map(Extra::Uv)));
     }
     if canvas.wants(Aov::Normal) {
         let own = look.has_normals && !model.normals.is_empty();

@@ -245,13 +245,36 @@ impl<const ALL: bool> Shader for Data<'_, '_, ALL> {
 
     #[inline(always)]
     fn shade(&mut self, block: &Block<'_>, _out: &mut [(); BLOCK]) -> u16 {
-        let PaintData { colour, layout, .. } = *self.paint;
         let places = self.crop.places(block);
         if let Some(picture) = &mut self.picture {
             let mut rgba = [[0; 4]; BLOCK];
-            colour.rgba8(block.attributes, block.mask, &mut rgba);
+            self.paint.colour.rgba8(block.attributes, block.mask, &mut rgba);
             places.put(block.mask, &rgba, picture);
         }
+        self.put_data(block, &places);
+        block.mask
+    }
+
+    #[inline(always)]
+    fn shade_row(&mut self, blocks: &[Block<'_>; ROW], _out: &mut [[(); BLOCK]; ROW]) {
+        let start = self.crop.place(&blocks[0], 0);
+        if let Some(picture) = &mut self.picture {
+            let pixels = picture[start..].as_chunks_mut().0;
+            if let Some(pixels) = pixels.first_chunk_mut() {
+                self.paint.colour.rgba8_row(blocks, pixels);
+            }
+        }
+        for (block, start) in blocks.iter().zip((start..).step_by(BLOCK)) {
+            self.put_data(block, &Places::Row(start));
+        }
+    }
+}
+
+impl<const ALL: bool> Data<'_, '_, ALL> {
+    /// Stores what data there is of `block`.
+    #[inline(always)]
+    fn put_data(&mut self, block: &Block<'_>, places: &Places) {
+        let PaintData { colour, layout, .. } = *self.paint;
         for plane in self.planes.iter_mut() {
             match &mut plane.values {
                 RowValues::Integers(values) => places.put(block.mask, &[self.id; BLOCK], values),
@@ -282,7 +305,6 @@ impl<const ALL: bool> Shader for Data<'_, '_, ALL> {
                 }
             }
         }
-        block.mask
     }
 }
 
@@ -290,7 +312,7 @@ impl<const ALL: bool> Shader for Data<'_, '_, ALL> {
 enum Places {
     /// All 16 are covered, one after the other from here on.
     Row(usize),
-    /// Of each lane; anything for those that are not covered.
+    /// Of each covered lane.
     Each([usize; BLOCK]),
 }
 
@@ -386,20 +408,23 @@ impl Shader for Coverage<'_> {
 }
 
 impl Crop {
-    /// Where the pixels of `block` are in a plane of the crop's size.
+    /// Where lane `lane` of `block` is in a plane of the crop's size.
+    #[inline(always)]
+    fn place(self, block: &Block<'_>, lane: u16) -> usize {
+        let (x, y) = self.origin();
+        let (column, row) = (block.x(lane).abs_diff(x), block.y(lane).abs_diff(y));
+        (row as usize).wrapping_mul(self.width as usize) + column as usize
+    }
+
+    /// Where the covered pixels of `block` are in a plane of the crop's size.
     #[inline(always)]
     fn places(self, block: &Block<'_>) -> Places {
-        let (x, y) = self.origin();
-        let place = |lane| {
-            let (column, row) = (block.x(lane).abs_diff(x), block.y(lane).abs_diff(y));
-            (row as usize).wrapping_mul(self.width as usize) + column as usize
-        };
         if block.mask == u16::MAX && block.columns == 16 {
-            return Places::Row(place(0));
+            return Places::Row(self.place(block, 0));
         }
         let mut places = [0; BLOCK];
-        for (lane, to) in (0..).zip(&mut places) {
-            *to = place(lane);
+        for lane in lanes(block.mask) {
+            places[lane] = self.place(block, lane as u16);
         }
         Places::Each(places)
     }

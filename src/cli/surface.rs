@@ -26,6 +26,11 @@ pub(crate) trait Surface: Colour {
 
     /// A pixel's side.
     fn colour(&self) -> &dyn Colour;
+
+    /// Which attributes are texture coordinates, if any are: from this one on.
+    fn uv(&self) -> Option<usize> {
+        None
+    }
 }
 
 /// One colour.
@@ -148,6 +153,10 @@ impl Surface for Textured<'_> {
         self
     }
 
+    fn uv(&self) -> Option<usize> {
+        Some(0)
+    }
+
     #[inline(always)]
     fn attribute(&self, corner: Corner, k: usize) -> f32 {
         self.uvs[self.indices[corner.number] as usize][k]
@@ -182,6 +191,10 @@ impl Colour for LitTexture<'_> {
 impl Surface for LitTexture<'_> {
     fn colour(&self) -> &dyn Colour {
         self
+    }
+
+    fn uv(&self) -> Option<usize> {
+        Some(0)
     }
 
     #[inline(always)]
