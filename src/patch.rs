@@ -50,9 +50,24 @@ impl Patch {
     /// target if it is left of it or above.
     #[inline(always)]
     pub(crate) fn place(self, lane: usize, origin: [i32; 2]) -> [u32; 2] {
-        let [column, row] = OFFSETS[usize::from(self.columns)][lane];
+        let [column, row] = self.offsets()[lane];
         let [x, y] = [self.first[0].wrapping_sub(origin[0]), self.first[1].wrapping_sub(origin[1])];
         [x.wrapping_add(column.into()).cast_unsigned(), y.wrapping_add(row.into()).cast_unsigned()]
+    }
+
+    /// Each lane's column and row.
+    #[inline(always)]
+    pub(crate) fn offsets(self) -> &'static [[u8; 2]; BLOCK] {
+        &OFFSETS[usize::from(self.columns)]
+    }
+
+    /// Where lane 0 is in rows of `stride` pixels, the first of which is at `origin`. It may wrap around: that
+    /// lane may lie outside where covered ones do not.
+    #[inline(always)]
+    pub(crate) fn first_in(self, origin: [i32; 2], stride: usize) -> usize {
+        let [x, y] = [self.first[0].wrapping_sub(origin[0]), self.first[1].wrapping_sub(origin[1])];
+        let from_start = |c: i32| (c as isize).cast_unsigned();
+        from_start(y).wrapping_mul(stride).wrapping_add(from_start(x))
     }
 }
 

@@ -147,6 +147,12 @@ impl<'a, P: Copy> Plane<'a, P> {
         self.data.get_mut(y as usize * self.stride + x as usize)
     }
 
+    /// All pixels, and how many it is from one row to the next, for those who keep the bounds true themselves.
+    #[inline(always)]
+    pub(crate) fn tested_mut(&mut self) -> (&mut [P], usize) {
+        (&mut *self.data, self.stride)
+    }
+
     /// Row `y`, below the height: `width` pixels.
     #[inline(always)]
     pub fn row_mut(&mut self, y: u32) -> &mut [P] {

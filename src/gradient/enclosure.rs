@@ -6,6 +6,7 @@
 
 use super::frame::Linear;
 use super::{Field, Gradients, Quantity, Subject, WITHIN_ULP, nearest_f32};
+use crate::number::Number;
 use crate::space::PixelRect;
 
 /// Two units in the last place, relatively, and of the smallest numbers: one for the value, one
@@ -67,12 +68,16 @@ pub(crate) fn within([low, high]: [f32; 2], [least, greatest]: [f32; 2]) -> [f32
 
 /// Bounds of right values, as bounds of what pixels get.
 #[inline(always)]
-pub(crate) fn outward([low, high]: [f64; 2]) -> [f32; 2] {
+pub(crate) fn outward(bounds: [f64; 2]) -> [f32; 2] {
+    let [low, high] = widened(bounds);
+    [nearest_f32(low), nearest_f32(high)]
+}
+
+/// The same before they are rounded, which then brings none of them nearer than it was.
+#[inline(always)]
+pub(crate) fn widened<F: Number>([low, high]: [F; 2]) -> [F; 2] {
     let [relative, least] = OUTWARD;
-    [
-        nearest_f32(low - (low.abs() * relative + least)),
-        nearest_f32(high + (high.abs() * relative + least)),
-    ]
+    [low - (low.abs() * relative + least), high + (high.abs() * relative + least)]
 }
 
 impl Gradients {

@@ -78,19 +78,66 @@ pub(crate) fn paint<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
                 Some(shade_patches(&small, masks, lanes, shader, target, depth, false))
             }
             1 => paint_pixel(&small, lanes, shader, target, depth),
-            2..=8 => paint_small::<8, _, _, _>(simd, &small, lanes, shader, target, depth),
-            9..=BLOCK => paint_small::<BLOCK, _, _, _>(simd, &small, lanes, shader, target, depth),
-            _ => {
-                paint_small::<{ MOST * BLOCK }, _, _, _>(simd, &small, lanes, shader, target, depth)
-            }
+            2..=8 => paint_patch::<8, _, _, _>(simd, &small, lanes, shader, target, depth),
+            9..=BLOCK => paint_patch::<BLOCK, _, _, _>(simd, &small, lanes, shader, target, depth),
+            _ => paint_several(simd, &small, lanes, shader, target, depth),
         },
     )
 }
 
-/// [`paint`] where patches have `LANES` at most: one patch, as most have, is compiled by itself, without
-/// loops, and a half of one with half of the lanes.
+/// [`paint`] of one patch with `LANES` at most, as most have: straight through, and of a half with half of
+/// the lanes.
 #[inline(always)]
-fn paint_small<const LANES: usize, L: Simd, S, T>(
+fn paint_patch<const LANES: usize, L: Simd, S, T>(
+    simd: L,
+    small: &Small<'_>,
+    lanes: &mut LaneMemory,
+    shader: &mut S,
+    target: &mut T,
+    mut depth: Option<&mut DepthBuffer<'_>>,
+) -> Option<u64>
+where
+    S: Shader,
+    T: Target<Pixel = S::Pixel>,
+{
+    let Small { found, setups, lane: triangle, place, .. } = small;
+    let (patch, triangle) = (found.patches.patch(0), *triangle);
+    let at = match LANES {
+        ..=8 => InPatch::of_half(simd, patch, small.anchor()),
+        _ => InPatch::new(simd, patch, small.anchor()),
+    };
+    let n = setups.count();
+    let [depths, attributes @ ..] = lanes.make_room(n + 1) else { return None };
+    if depth.is_some() || S::INPUTS.depth {
+        find_depths(simd, small, at, patch.mask, depths)?;
+    }
+    // Nothing is in doubt: from here on pixels may be stored.
+    let mask = match depth.as_deref_mut() {
+        Some(buffer) => test_pixels(buffer, patch, place, depths, S::KEEPS_ALL),
+        None => patch.mask,
+    };
+    if mask == 0 {
+        return Some(0);
+    }
+    let attributes = attributes.get_mut(..n)?;
+    if n > 0 {
+        let r = if setups.is_divided(triangle) {
+            Narrow::splat(simd, 1.0)
+        } else {
+            find_reciprocals(simd, small, at)
+        };
+        for (k, out) in attributes.iter_mut().enumerate() {
+            find_attribute(simd, at, setups.attribute(k, triangle)?, r, out);
+        }
+    }
+    let stored = S::KEEPS_ALL;
+    let values = (&*depths, &*attributes);
+    Some(shade_patch(small, patch, mask, values, shader, target, depth, stored))
+}
+
+/// The same of several patches.
+#[inline(always)]
+fn paint_several<L: Simd, S, T>(
     simd: L,
     small: &Small<'_>,
     lanes: &mut LaneMemory,
@@ -104,39 +151,18 @@ where
 {
     let Small { found, setups, lane: triangle, place, .. } = small;
     let (patches, triangle) = (&found.patches, *triangle);
-    let anchor = small.anchor();
-    let n = setups.count();
+    let (anchor, n, count) = (small.anchor(), setups.count(), patches.count());
     let (lanes, stride) = small.make_room(lanes);
-    let is_one = LANES <= BLOCK;
-    let count = if is_one { 1 } else { patches.count() };
-    let first = match LANES {
-        ..=8 => InPatch::of_half(simd, patches.patch(0), anchor),
-        _ => InPatch::new(simd, patches.patch(0), anchor),
-    };
     let mut masks = [0; MOST];
     let mut passed = 0;
 
     // 1. Depth.
     for (i, mask) in masks.iter_mut().enumerate().take(count) {
         let patch = patches.patch(i);
-        if patch.mask == 0 {
-            continue;
-        }
         *mask = patch.mask;
-        let out = lanes.get_mut(i * stride)?;
-        if depth.is_some() || S::INPUTS.depth {
-            if let Some((function, doubtful_below)) = setups.depth(triangle) {
-                let at = if is_one { first } else { InPatch::new(simd, patch, anchor) };
-                let found = at.at(simd, function).narrow();
-                let limit = Narrow::splat(simd, doubtful_below);
-                if patch.mask & low_bits(found.abs().simd_lt(limit).to_bitmask()) != 0 {
-                    return None;
-                }
-                let (low, high) = (Narrow::splat(simd, 0.0), Narrow::splat(simd, 1.0));
-                clamp_numbers(found, low, high).store_array(out);
-            } else {
-                *out = [0.0; BLOCK];
-            }
+        if *mask != 0 && (depth.is_some() || S::INPUTS.depth) {
+            let at = InPatch::new(simd, patch, anchor);
+            find_depths(simd, small, at, *mask, lanes.get_mut(i * stride)?)?;
         }
     }
     // Nothing is in doubt: from here on pixels may be stored.
@@ -153,14 +179,17 @@ where
 
     // 2. Attributes, where a pixel passed.
     let divided = setups.is_divided(triangle);
-    if n > 0 && !divided {
+    if n > 0 {
         for (i, mask) in masks.iter().enumerate().take(count) {
             if *mask == 0 {
                 continue;
             }
-            let at = if is_one { first } else { InPatch::new(simd, patches.patch(i), anchor) };
-            let q = at.at(simd, setups.unit_q(triangle)).narrow();
-            (Narrow::splat(simd, 1.0) / q).store_array(lanes.get_mut(i * stride + 1)?);
+            let r = if divided {
+                Narrow::splat(simd, 1.0)
+            } else {
+                find_reciprocals(simd, small, InPatch::new(simd, patches.patch(i), anchor))
+            };
+            r.store_array(lanes.get_mut(i * stride + 1)?);
         }
     }
     for k in 0..n {
@@ -172,23 +201,60 @@ where
             let [_, r, attributes @ ..] = lanes.get_mut(i * stride..(i + 1) * stride)? else {
                 return None;
             };
-            let (numerator, [low, high]) = match field {
-                SmallField::Linear(numerator, range) => (numerator, range),
-                SmallField::Constant(value) => {
-                    attributes[k] = [value; BLOCK];
-                    continue;
-                }
-            };
-            let at = if is_one { first } else { InPatch::new(simd, patches.patch(i), anchor) };
-            let n = at.at(simd, numerator).narrow();
-            let value = if divided { n } else { n * Narrow::load_array_ref(simd, r) };
-            let (low, high) = (Narrow::splat(simd, low), Narrow::splat(simd, high));
-            clamp_numbers(value, low, high).store_array(&mut attributes[k]);
+            let at = InPatch::new(simd, patches.patch(i), anchor);
+            find_attribute(simd, at, field, Narrow::load_array_ref(simd, r), &mut attributes[k]);
         }
     }
+    Some(shade_patches(small, &masks[..count], lanes, shader, target, depth, S::KEEPS_ALL))
+}
 
-    let shaded = shade_patches(small, &masks[..count], lanes, shader, target, depth, S::KEEPS_ALL);
-    Some(shaded)
+/// Depths at the lanes of a patch; nothing if one of those that are covered is too near to 0.
+#[inline(always)]
+fn find_depths<L: Simd>(
+    simd: L,
+    small: &Small<'_>,
+    at: InPatch<L>,
+    covered: u16,
+    out: &mut [f32; BLOCK],
+) -> Option<()> {
+    let Some((function, doubtful_below)) = small.setups.depth(small.lane) else {
+        *out = [0.0; BLOCK];
+        return Some(());
+    };
+    let found = at.at(simd, function).narrow();
+    let limit = Narrow::splat(simd, doubtful_below);
+    if covered & low_bits(found.abs().simd_lt(limit).to_bitmask()) != 0 {
+        return None;
+    }
+    let (low, high) = (Narrow::splat(simd, 0.0), Narrow::splat(simd, 1.0));
+    clamp_numbers(found, low, high).store_array(out);
+    Some(())
+}
+
+/// 1/Q there.
+#[inline(always)]
+fn find_reciprocals<L: Simd>(simd: L, small: &Small<'_>, at: InPatch<L>) -> Narrow<L> {
+    let q = at.at(simd, small.setups.unit_q(small.lane)).narrow();
+    Narrow::splat(simd, 1.0) / q
+}
+
+/// An attribute there, where 1/Q is `r`.
+#[inline(always)]
+fn find_attribute<L: Simd>(
+    simd: L,
+    at: InPatch<L>,
+    field: SmallField,
+    r: Narrow<L>,
+    out: &mut [f32; BLOCK],
+) {
+    match field {
+        SmallField::Linear(numerator, [low, high]) => {
+            let value = at.at(simd, numerator).narrow() * r;
+            let (low, high) = (Narrow::splat(simd, low), Narrow::splat(simd, high));
+            clamp_numbers(value, low, high).store_array(out);
+        }
+        SmallField::Constant(value) => *out = [value; BLOCK],
+    }
 }
 
 /// Shades what has been found of `small`, at the lanes of `masks`, one for each patch. `stored`: have its
@@ -203,45 +269,61 @@ fn shade_patches<S: Shader, T: Target<Pixel = S::Pixel>>(
     mut depth: Option<&mut DepthBuffer<'_>>,
     stored: bool,
 ) -> u64 {
-    let Small { found, place, .. } = small;
     let stride = small.stride();
     let mut shaded = 0;
     for (i, mask) in masks.iter().copied().enumerate() {
-        let patch = found.patches.patch(i);
         let Some([depths, _, attributes @ ..]) = lanes.get(i * stride..(i + 1) * stride) else {
             break;
         };
-        if mask == 0 {
-            continue;
-        }
-        let block = Block {
-            first: patch.first,
-            columns: patch.columns,
-            mask,
-            depth: depths,
-            inv_w: &UNREAD,
-            w: &UNREAD,
-            attributes,
-        };
-        let mut pixels = [S::Pixel::default(); BLOCK];
-        let kept = shader.shade(&block, &mut pixels);
-        let mut left = if S::KEEPS_ALL { mask } else { kept & mask };
-        shaded += u64::from(mask.count_ones());
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize;
-            left &= left - 1;
-            let [x, y] = patch.place(lane, place.origin);
-            // A pixel at a time: nothing predicts how long a run is.
-            target.write_pixel(x, y, pixels[lane]);
-            if !stored
-                && let Some(buffer) = depth.as_deref_mut()
-                && place.test.write
-            {
-                buffer.set_tested(x, y, block.depth[lane]);
-            }
+        if mask != 0 {
+            let (patch, values) = (small.found.patches.patch(i), (depths, attributes));
+            let depth = depth.as_deref_mut();
+            shaded += shade_patch(small, patch, mask, values, shader, target, depth, stored);
         }
     }
     shaded
+}
+
+/// The same of one patch, at the lanes of `mask`, where depths and attributes are so much.
+#[expect(clippy::too_many_arguments, reason = "what is shaded, with what, and where to")]
+#[inline(always)]
+fn shade_patch<S: Shader, T: Target<Pixel = S::Pixel>>(
+    small: &Small<'_>,
+    patch: Patch,
+    mask: u16,
+    (depths, attributes): (&[f32; BLOCK], &[[f32; BLOCK]]),
+    shader: &mut S,
+    target: &mut T,
+    mut depth: Option<&mut DepthBuffer<'_>>,
+    stored: bool,
+) -> u64 {
+    let place = small.place;
+    let block = Block {
+        first: patch.first,
+        columns: patch.columns,
+        mask,
+        depth: depths,
+        inv_w: &UNREAD,
+        w: &UNREAD,
+        attributes,
+    };
+    let mut pixels = [S::Pixel::default(); BLOCK];
+    let kept = shader.shade(&block, &mut pixels);
+    let mut left = if S::KEEPS_ALL { mask } else { kept & mask };
+    while left != 0 {
+        let lane = left.trailing_zeros() as usize;
+        left &= left - 1;
+        let [x, y] = patch.place(lane, place.origin);
+        // A pixel at a time: nothing predicts how long a run is.
+        target.write_pixel(x, y, pixels[lane]);
+        if !stored
+            && let Some(buffer) = depth.as_deref_mut()
+            && place.test.write
+        {
+            buffer.set_tested(x, y, depths[lane]);
+        }
+    }
+    mask.count_ones().into()
 }
 
 /// The pixels of `patch` that pass, tested one after the other; their depths are stored if what passes is
@@ -255,15 +337,34 @@ pub(super) fn test_pixels(
     keeps_all: bool,
 ) -> u16 {
     let DepthTest { compare, write, .. } = place.test;
-    let store = keeps_all && write;
     let origin = place.origin;
-    // The usual ones have a loop each, which does not ask for every pixel how it is to be compared.
+    // The most usual ones stand in line, and ask nothing for each pixel.
     match compare {
-        Compare::Less => test_each(buffer, patch, origin, depths, store, |new, old| new < old),
+        Compare::Less if keeps_all && write => {
+            test_each(buffer, patch, origin, depths, true, |new, old| new < old)
+        }
+        Compare::Greater if keeps_all && write => {
+            test_each(buffer, patch, origin, depths, true, |new, old| new > old)
+        }
+        _ => test_otherwise(buffer, patch, place, depths, keeps_all),
+    }
+}
+
+/// The same for what is less usual.
+#[inline(never)]
+fn test_otherwise(
+    buffer: &mut DepthBuffer<'_>,
+    patch: Patch,
+    place: &Placement,
+    depths: &[f32; BLOCK],
+    keeps_all: bool,
+) -> u16 {
+    let DepthTest { compare, write, .. } = place.test;
+    let (origin, store) = (place.origin, keeps_all && write);
+    match compare {
         Compare::LessEqual => {
             test_each(buffer, patch, origin, depths, store, |new, old| new <= old)
         }
-        Compare::Greater => test_each(buffer, patch, origin, depths, store, |new, old| new > old),
         Compare::GreaterEqual => {
             test_each(buffer, patch, origin, depths, store, |new, old| new >= old)
         }
@@ -281,12 +382,15 @@ fn test_each(
     store: bool,
     passes: impl Fn(f32, f32) -> bool,
 ) -> u16 {
+    let (stored, stride) = buffer.tested_mut();
+    let (first, offsets) = (patch.first_in(origin, stride), patch.offsets());
     let (mut left, mut passed) = (patch.mask, 0);
     while left != 0 {
         let lane = left.trailing_zeros() as usize;
         left &= left - 1;
-        let [x, y] = patch.place(lane, origin);
-        let Some(stored) = buffer.tested_pixel_mut(x, y) else { continue };
+        let [column, row] = offsets[lane % BLOCK].map(usize::from);
+        let place = first.wrapping_add(row * stride + column);
+        let Some(stored) = stored.get_mut(place) else { continue };
         let passes = passes(depths[lane], *stored);
         passed |= u16::from(passes) << lane;
         if store {
@@ -297,7 +401,7 @@ fn test_each(
     passed
 }
 
-/// [`paint_small`] of a triangle whose bounding box has one pixel, which is covered: offsets count from there, so
+/// [`paint_patch`] of a triangle whose bounding box has one pixel, which is covered: offsets count from there, so
 /// that nothing changes from pixel to pixel.
 #[inline(always)]
 fn paint_pixel<S, T>(

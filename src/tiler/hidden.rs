@@ -6,7 +6,7 @@ use fearless_simd::Simd;
 use super::{Cull, Scratch, Tiler};
 use crate::depth::{DepthSource, DepthTest, Occluders};
 use crate::fixed::{Subpixel, power_of_two};
-use crate::gradient::enclosure::{outward, within};
+use crate::gradient::enclosure::{outward, widened, within};
 use crate::gradient::frame::Plane;
 use crate::gradient::nearest_f32;
 use crate::gradient::small::{SmallCorners, SmallSetups};
@@ -112,7 +112,7 @@ pub(super) fn right_depth<F: Number>(
     }
 }
 
-/// What the depths of small polygons lie between, as far as their corners tell.
+/// What the depths of small polygons lie between, as far as their corners tell: [`widened`].
 #[derive(Debug, Default)]
 pub(super) struct SmallDepths([Lanes; 2]);
 
@@ -134,8 +134,7 @@ impl SmallDepths {
             // It is clamped to the range of the vertices.
             DepthSource::InvW => low.like(0.0),
         };
-        (low - beyond).store(&mut self.0[0]);
-        (high + beyond).store(&mut self.0[1]);
+        self.store([low - beyond, high + beyond]);
     }
 
     /// The same of small quadrilaterals that are set up, all of whose depths are z/w. What is not usual among
@@ -163,16 +162,21 @@ impl SmallDepths {
         let size = (F::load(level, &corners.reach) + 2.0) * 4.0;
         let least = size * (THICK * viewport.grid().snap_reach()) * (a[3] * b[3] * c[3]);
         let beyond = F::select(least.le(det.abs()), (high - low) * BEYOND, low.like(f64::INFINITY));
-        (low - beyond).store(&mut self.0[0]);
-        (high + beyond).store(&mut self.0[1]);
+        self.store([low - beyond, high + beyond]);
+    }
+
+    #[inline(always)]
+    fn store<F: Number>(&mut self, bounds: [F; 2]) {
+        let [low, high] = widened(bounds);
+        low.store(&mut self.0[0]);
+        high.store(&mut self.0[1]);
     }
 
     /// Those of `lane`.
     #[inline(always)]
     pub(super) fn of(&self, lane: usize) -> [f32; 2] {
-        let [low, high] = &self.0;
-        let lane = lane % EIGHT;
-        within(outward([low[lane], high[lane]]), ANY_DEPTH)
+        let ([low, high], lane) = (&self.0, lane % EIGHT);
+        within([nearest_f32(low[lane]), nearest_f32(high[lane])], ANY_DEPTH)
     }
 }
 
