@@ -337,30 +337,29 @@ pub(super) fn test_pixels(
     keeps_all: bool,
 ) -> u16 {
     let DepthTest { compare, write, .. } = place.test;
-    let origin = place.origin;
-    // The most usual ones stand in line, and ask nothing for each pixel.
+    let (origin, store) = (place.origin, keeps_all && write);
+    // The most usual ones stand in line, and ask nothing for each pixel: the compiler knows `keeps_all`.
     match compare {
-        Compare::Less if keeps_all && write => {
-            test_each(buffer, patch, origin, depths, true, |new, old| new < old)
+        Compare::Less if store == keeps_all => {
+            test_each(buffer, patch, origin, depths, keeps_all, |new, old| new < old)
         }
-        Compare::Greater if keeps_all && write => {
-            test_each(buffer, patch, origin, depths, true, |new, old| new > old)
+        Compare::Greater if store == keeps_all => {
+            test_each(buffer, patch, origin, depths, keeps_all, |new, old| new > old)
         }
-        _ => test_otherwise(buffer, patch, place, depths, keeps_all),
+        _ => test_otherwise(buffer, patch, place, depths, store),
     }
 }
 
-/// The same for what is less usual.
+/// The same for what is less usual. To `store` is to store what passes.
 #[inline(never)]
 fn test_otherwise(
     buffer: &mut DepthBuffer<'_>,
     patch: Patch,
     place: &Placement,
     depths: &[f32; BLOCK],
-    keeps_all: bool,
+    store: bool,
 ) -> u16 {
-    let DepthTest { compare, write, .. } = place.test;
-    let (origin, store) = (place.origin, keeps_all && write);
+    let (compare, origin) = (place.test.compare, place.origin);
     match compare {
         Compare::LessEqual => {
             test_each(buffer, patch, origin, depths, store, |new, old| new <= old)
