@@ -388,7 +388,8 @@ fn test_each(
         let lane = left.trailing_zeros() as usize;
         left &= left - 1;
         let [column, row] = offsets[lane % BLOCK].map(usize::from);
-        let place = first.wrapping_add(row * stride + column);
+        // Of a single row the stride may be anything.
+        let place = first.wrapping_add(row.wrapping_mul(stride)).wrapping_add(column);
         let Some(stored) = stored.get_mut(place) else { continue };
         let passes = passes(depths[lane], *stored);
         passed |= u16::from(passes) << lane;

@@ -355,6 +355,43 @@ fn pattern_in_a_target_with_a_stride() {
     );
 }
 
+/// Row by row, each a target of its own: what lies beyond its only row is never looked for, however far it would be.
+#[test]
+fn pattern_in_single_rows_with_any_stride() {
+    let viewport = Viewport::new(-4, -4, 16, 16).expect("small");
+    // In perspective, so that it goes the way of small triangles.
+    let corner = |x: f64, y: f64, w: f64| unproject(viewport, [x + 4.0, y + 4.0], w / 5.0, w);
+    let corners = [corner(0.0, 0.0, 1.0), corner(0.0, 8.0, 2.0), corner(4.0, 8.0, 3.0)];
+    let sliver = Poly::bare(&corners);
+    for stride in [8, usize::MAX / 2, usize::MAX] {
+        let rows: Vec<String> = (0..8)
+            .map(|y| {
+                let (mut data, mut depths) = (['.'; 8], [1.0; 8]);
+                let mut plane = Plane::with_stride(&mut data, 8, 1, stride).expect("one row");
+                let mut depth = Plane::with_stride(&mut depths, 8, 1, stride).expect("one row");
+                let mut tiler = Tiler::new(viewport);
+                tiler.set_origin(0, y);
+                tiler.draw(&sliver, &mut Solid('#'), &mut plane, Some(&mut depth));
+                for (pixel, depth) in data.iter().zip(depths) {
+                    assert_eq!(*pixel == '#', depth < 1.0, "row {y}");
+                }
+                data.iter().collect()
+            })
+            .collect();
+        assert_pattern!(
+            rows.join("\n"),
+            "........
+             #.......
+             #.......
+             ##......
+             ##......
+             ###.....
+             ###.....
+             ####...."
+        );
+    }
+}
+
 /// A viewport that sticks out of the target at all sides, and one that lies beyond it.
 #[test]
 fn pattern_of_a_viewport_beyond_the_target() {
