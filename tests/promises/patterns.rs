@@ -364,7 +364,7 @@ fn pattern_in_single_rows_with_any_stride() {
     let corners = [corner(0.0, 0.0, 1.0), corner(0.0, 8.0, 2.0), corner(4.0, 8.0, 3.0)];
     let sliver = Poly::bare(&corners);
     for stride in [8, usize::MAX / 2, usize::MAX] {
-        let rows: Vec<String> = (0..8)
+        let rows: String = (0..8)
             .map(|y| {
                 let (mut data, mut depths) = (['.'; 8], [1.0; 8]);
                 let mut plane = Plane::with_stride(&mut data, 8, 1, stride).expect("one row");
@@ -375,11 +375,11 @@ fn pattern_in_single_rows_with_any_stride() {
                 for (pixel, depth) in data.iter().zip(depths) {
                     assert_eq!(*pixel == '#', depth < 1.0, "row {y}");
                 }
-                data.iter().collect()
+                text(8, &data)
             })
             .collect();
         assert_pattern!(
-            rows.join("\n"),
+            rows,
             "........
              #.......
              #.......
