@@ -77,11 +77,15 @@ impl<S: Simd> InPatch<S> {
         }
     }
 
-    /// The lanes of the first half of `patch`, twice: what is computed from them is computed once.
+    /// The lanes of `patch`, of which there are `LANES` at most; of a half those of the first half, twice: what is
+    /// computed from them is computed once.
     #[inline(always)]
-    pub(crate) fn of_half(simd: S, patch: Patch, anchor: [i32; 2]) -> Self {
+    pub(crate) fn of<const LANES: usize>(simd: S, patch: Patch, anchor: [i32; 2]) -> Self {
         let Self { us, vs } = Self::new(simd, patch, anchor);
-        Self { us: us.first_half(), vs: vs.first_half() }
+        match LANES {
+            ..=8 => Self { us: us.first_half(), vs: vs.first_half() },
+            _ => Self { us, vs },
+        }
     }
 
     /// `function` at the lanes.

@@ -317,6 +317,12 @@ impl SmallSetups {
         self.unit_q.of(lane)
     }
 
+    /// The same, unless attributes are divided by it.
+    #[inline(always)]
+    pub(crate) fn divisor(&self, lane: usize) -> Option<Linear> {
+        (!self.is_divided(lane)).then(|| self.unit_q(lane))
+    }
+
     /// Attribute `k`, which was set.
     #[inline(always)]
     pub(crate) fn attribute(&self, k: usize, lane: usize) -> Option<SmallField> {

@@ -7,6 +7,7 @@ use super::Placement;
 use super::small_strict::find_strict;
 use crate::aligned::LaneMemory;
 use crate::depth::{Compare, DepthSource, DepthTest};
+use crate::gradient::frame::Linear;
 use crate::gradient::nearest_f32;
 use crate::gradient::small::{SmallField, SmallSetups};
 use crate::in_view::InView;
@@ -102,10 +103,7 @@ where
 {
     let Small { found, setups, lane: triangle, place, .. } = small;
     let (patch, triangle) = (found.patches.patch(0), *triangle);
-    let at = match LANES {
-        ..=8 => InPatch::of_half(simd, patch, small.anchor()),
-        _ => InPatch::new(simd, patch, small.anchor()),
-    };
+    let at = InPatch::of::<LANES>(simd, patch, small.anchor());
     let n = setups.count();
     let [depths, attributes @ ..] = lanes.make_room(n + 1) else { return None };
     if depth.is_some() || S::INPUTS.depth {
@@ -121,11 +119,7 @@ where
     }
     let attributes = attributes.get_mut(..n)?;
     if n > 0 {
-        let r = if setups.is_divided(triangle) {
-            Narrow::splat(simd, 1.0)
-        } else {
-            find_reciprocals(simd, small, at)
-        };
+        let r = find_reciprocals(simd, at, setups.divisor(triangle));
         for (k, out) in attributes.iter_mut().enumerate() {
             find_attribute(simd, at, setups.attribute(k, triangle)?, r, out);
         }
@@ -178,17 +172,14 @@ where
     }
 
     // 2. Attributes, where a pixel passed.
-    let divided = setups.is_divided(triangle);
     if n > 0 {
+        let divisor = setups.divisor(triangle);
         for (i, mask) in masks.iter().enumerate().take(count) {
             if *mask == 0 {
                 continue;
             }
-            let r = if divided {
-                Narrow::splat(simd, 1.0)
-            } else {
-                find_reciprocals(simd, small, InPatch::new(simd, patches.patch(i), anchor))
-            };
+            let at = InPatch::new(simd, patches.patch(i), anchor);
+            let r = find_reciprocals(simd, at, divisor);
             r.store_array(lanes.get_mut(i * stride + 1)?);
         }
     }
@@ -231,14 +222,17 @@ fn find_depths<L: Simd>(
     Some(())
 }
 
-/// 1/Q there.
+/// 1/Q there, or 1 if nothing is left to be divided by it.
 #[inline(always)]
-fn find_reciprocals<L: Simd>(simd: L, small: &Small<'_>, at: InPatch<L>) -> Narrow<L> {
-    let q = at.at(simd, small.setups.unit_q(small.lane)).narrow();
-    Narrow::splat(simd, 1.0) / q
+fn find_reciprocals<L: Simd>(simd: L, at: InPatch<L>, divisor: Option<Linear>) -> Narrow<L> {
+    let one = Narrow::splat(simd, 1.0);
+    match divisor {
+        Some(q) => one / at.at(simd, q).narrow(),
+        None => one,
+    }
 }
 
-/// An attribute there, where 1/Q is `r`.
+/// An attribute there, where that is `r`.
 #[inline(always)]
 fn find_attribute<L: Simd>(
     simd: L,

@@ -8,7 +8,7 @@ use crate::aligned::LaneMemory;
 use crate::gradient::small::SmallField;
 use crate::gradient::small_strict::ErrorBound;
 use crate::lanes::{Narrow, Wide};
-use crate::patch::{MOST, Patch};
+use crate::patch::MOST;
 use crate::shade::BLOCK;
 use crate::span::InPatch;
 use crate::target::DepthBuffer;
@@ -58,7 +58,7 @@ fn find_lanes<const LANES: usize, L: Simd>(
         }
         let out = lanes.get_mut(i * stride)?;
         if let Some((function, _)) = setups.depth(triangle) {
-            let value = at::<LANES, _>(simd, patch, anchor).at(simd, function);
+            let value = InPatch::of::<LANES>(simd, patch, anchor).at(simd, function);
             let error = setups.depth_error(triangle);
             let (rounded, certain) = round(simd, value, error, [0.0, 1.0]);
             if patch.mask & !certain != 0 {
@@ -78,7 +78,7 @@ fn find_lanes<const LANES: usize, L: Simd>(
         if *mask == 0 || n == 0 {
             continue;
         }
-        let at = at::<LANES, _>(simd, patches.patch(i), anchor);
+        let at = InPatch::of::<LANES>(simd, patches.patch(i), anchor);
         let q = at.at(simd, setups.unit_q(triangle));
         let r = q.quick_reciprocal(simd);
         let mut doubtful = q.below(Wide::splat(simd, setups.least_q(triangle)));
@@ -100,15 +100,6 @@ fn find_lanes<const LANES: usize, L: Simd>(
         }
     }
     Some(masks)
-}
-
-/// Where the lanes of `patch` are, or of its first half if there are no more.
-#[inline(always)]
-fn at<const LANES: usize, L: Simd>(simd: L, patch: Patch, anchor: [i32; 2]) -> InPatch<L> {
-    match LANES {
-        ..=8 => InPatch::of_half(simd, patch, anchor),
-        _ => InPatch::new(simd, patch, anchor),
-    }
 }
 
 /// `value`, which is off by `error` at most, rounded to `f32` within the range; and the lanes at which that

@@ -126,28 +126,60 @@ fn intrinsics_put_points_where_opencv_does() {
     }
 }
 
-#[test]
-fn crops_are_parts_of_the_whole() {
-    let folder = Folder::with(&[("model.obj", SQUARES)]);
-    let view = "--size 50x40 --background 9,8,7";
-    folder.good(&format!("render model.obj {view} {ALL} -o out.png"));
-    let whole = NAMES.map(|name| folder.npy(&format!("{name}.npy")));
+/// Draws `view`, and `crops` of it (x, y, width, height): all that they share has the same bytes.
+fn crops_are_parts_of(folder: &Folder, view: &str, names: &[&str], crops: &[[usize; 4]]) {
+    let planes: String = names.iter().map(|name| format!(" --aov {name}={name}.npy")).collect();
+    folder.good(&format!("render {view} {planes} -o out.png"));
+    let whole: Vec<_> = names.iter().map(|name| folder.npy(&format!("{name}.npy"))).collect();
     let picture = folder.png("out.png");
-    assert_eq!(picture.get_pixel(0, 0).0, [9, 8, 7, 255]);
-    for [x, y, w, h] in [[0_usize, 0, 50, 40], [17, 11, 16, 13], [49, 39, 1, 1], [3, 0, 1, 40]] {
-        folder.good(&format!("render model.obj {view} {ALL} -o out.png --crop {x},{y},{w},{h}"));
-        for (name, whole) in NAMES.iter().zip(&whole) {
+    for [x, y, w, h] in crops.iter().copied() {
+        folder.good(&format!("render {view} {planes} -o out.png --crop {x},{y},{w},{h}"));
+        for (name, whole) in names.iter().zip(&whole) {
             let part = folder.npy(&format!("{name}.npy"));
             assert_eq!(part.shape[..2], [h, w]);
             for row in 0..h {
                 for column in 0..w {
-                    assert_eq!(part.at(row, column), whole.at(y + row, x + column), "{name}");
+                    let place = (y + row, x + column);
+                    assert_eq!(
+                        part.at(row, column),
+                        whole.at(place.0, place.1),
+                        "{name} {place:?}"
+                    );
                 }
             }
         }
         let [x, y, w, h] = [x, y, w, h].map(|side| u32::try_from(side).expect("small"));
         let part = image::imageops::crop_imm(&picture, x, y, w, h).to_image();
-        assert_eq!(folder.png("out.png"), part);
+        assert!(folder.png("out.png") == part, "{view} {x} {y}");
+    }
+}
+
+#[test]
+fn crops_are_parts_of_the_whole() {
+    let folder = Folder::with(&[("model.obj", SQUARES)]);
+    let crops = [[0, 0, 50, 40], [17, 11, 16, 13], [49, 39, 1, 1], [3, 0, 1, 40]];
+    let view = "model.obj --size 50x40 --background 9,8,7";
+    crops_are_parts_of(&folder, view, &NAMES, &crops);
+    folder.good(&format!("render {view} -o out.png"));
+    assert_eq!(folder.png("out.png").get_pixel(0, 0).0, [9, 8, 7, 255]);
+}
+
+/// Rows so long that four whole blocks are shaded at once, and crops in which no four lie side by side: of what
+/// needs neither depth nor w.
+#[test]
+fn crops_of_long_rows_are_parts_of_the_whole() {
+    let folder = Folder::with(&[]);
+    for name in ["room.obj", "room.mtl", "room_crate.png", "room_tiles.png", "room.json"] {
+        folder.write(name, &std::fs::read(format!("tests/data/{name}")).expect("it is there"));
+    }
+    let crops: Vec<_> = (0..1280).step_by(320).map(|x| [x + 7, 400, 40, 320]).collect();
+    for shade in ["unlit", "gouraud"] {
+        let view = format!("room.obj --camera room.json --shade {shade}");
+        let names = ["id", "uv", "normal", "position", "color"];
+        crops_are_parts_of(&folder, &view, &names, &crops);
+        folder.good(&format!("render {view} -o one.png"));
+        folder.good(&format!("render {view} --aov id=id.npy -o out.png"));
+        assert!(folder.png("one.png") == folder.png("out.png"), "{shade}");
     }
 }
 

@@ -399,3 +399,53 @@ fn hidden_small_quadrilaterals_show_a_corner() {
     });
     tally.report("corners that are seen", cases / 4);
 }
+
+/// Depths half a step of `f32` before what is stored, so that some of a small triangle's pixels round to that and
+/// others do not: what bounds they lie between has to be rounded outward.
+#[test]
+fn hidden_small_triangles_whose_depths_are_ties() {
+    const SIDE: u32 = 48;
+    let viewport = Viewport::new(0, 0, SIDE, SIDE).expect("small");
+    let area = (SIDE * SIDE) as usize;
+    let tally = Tally::default();
+    let ways = (
+        prop::sample::select(vec![Compare::Less, Compare::Greater]),
+        prop::sample::select(vec![Precision::Fast, Precision::Exact]),
+    );
+    let ws = [0.0..3.0_f64, 0.0..3.0, 0.0..3.0];
+    let centre = [14.0..34.0_f64, 14.0..34.0];
+    let triangles = (0.25..0.75_f32, 0.0..std::f64::consts::TAU, 3.0..8.0_f64, centre, ws, ways);
+    let cases = check(file!(), "hidden_ties", 2000, &triangles, |case| {
+        let (stored, turn, radius, [x, y], ws, (compare, precision)) = case;
+        let nearer = f32::from_bits(stored.to_bits().wrapping_add_signed(match compare {
+            Compare::Less => -1,
+            _ => 1,
+        }));
+        // Exact, but times w and divided by it again it may be on either side.
+        let tie = f64::midpoint(stored.into(), nearer.into());
+        let corner = |i: usize| {
+            let angle = turn + i as f64 * (std::f64::consts::TAU / 3.0);
+            let at = [x + angle.cos() * radius, y + angle.sin() * radius];
+            Vertex::new(unproject(viewport, at, tie, ws[i].exp2()), [])
+        };
+        let triangle = [corner(0), corner(1), corner(2)];
+        let draw = |bounded: bool| {
+            let mut depths = vec![stored; area];
+            let mut bounds = DepthBounds::new();
+            let mut buffer = Plane::new(&mut depths, SIDE, SIDE).expect("its size");
+            if bounded {
+                buffer = buffer.with_bounds(&mut bounds);
+            }
+            let mut tiler = Tiler::new(viewport);
+            tiler.set_precision(precision);
+            tiler.set_depth_test(DepthTest { compare, ..DepthTest::STANDARD });
+            tiler.draw(&triangle, &mut Solid(()), &mut (), Some(&mut buffer));
+            (depths, tiler.stats())
+        };
+        let (plain, stats) = draw(false);
+        prop_assert!(plain == draw(true).0, "{:?}, {:?}", compare, precision);
+        tally.add(usize::from((1..stats.pixels_covered).contains(&stats.pixels_shaded)));
+        Ok(())
+    });
+    tally.report("triangles of which some pixels pass", cases / 4);
+}
