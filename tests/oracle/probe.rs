@@ -12,6 +12,9 @@ use hyperspan::varying::Interpolation;
 
 use super::Poly;
 
+/// A shader that sees everything. Every closure is a type of its own, for which much is compiled: this is one.
+pub(crate) type Closure<'a, P> = &'a mut dyn FnMut(&Fragment<'_>) -> P;
+
 /// A target that keeps what it is given, and panics if a pixel is written twice or lies outside.
 #[derive(Debug)]
 pub(crate) struct Sheet<P> {
@@ -119,7 +122,14 @@ pub(crate) fn draw_with<V: Polygon + ?Sized>(
     let (width, height) = view.size();
     let mut sheet = Sheet::<u32>::new(width, height);
     let mut seen = Vec::new();
-    let outcome = tiler.draw(polygon, &mut recorder(&mut seen), &mut sheet, None);
+    // Shades the pixels with their numbers, from 1 on.
+    let mut recorder: Closure<'_, u32> = &mut |f| {
+        let attributes = (0..f.attribute_count()).map(|k| f.attribute(k).to_bits()).collect();
+        let (depth, inv_w, w) = (f.depth().to_bits(), f.inv_w().to_bits(), f.w().to_bits());
+        seen.push(((f.y(), f.x()), Seen { depth, inv_w, w, attributes }));
+        u32::try_from(seen.len()).expect("few pixels")
+    };
+    let outcome = tiler.draw(polygon, &mut recorder, &mut sheet, None);
     // Each was written where it was shaded, and all that were shaded were written.
     for (place, number) in sheet.pixels.iter().enumerate().filter_map(|(i, p)| Some((i, (*p)?))) {
         let (row, column) = (place / width as usize, place % width as usize);
@@ -131,24 +141,14 @@ pub(crate) fn draw_with<V: Polygon + ?Sized>(
     (outcome, seen.into_iter().collect())
 }
 
-/// Records what it sees, and shades the pixels with their numbers, from 1 on. Every closure is a type of
-/// its own, for which much is compiled: this is one, whatever the polygon.
-fn recorder(seen: &mut Vec<((i32, i32), Seen)>) -> impl FnMut(&Fragment<'_>) -> u32 {
-    |f| {
-        let attributes = (0..f.attribute_count()).map(|k| f.attribute(k).to_bits()).collect();
-        let (depth, inv_w, w) = (f.depth().to_bits(), f.inv_w().to_bits(), f.w().to_bits());
-        seen.push(((f.y(), f.x()), Seen { depth, inv_w, w, attributes }));
-        u32::try_from(seen.len()).expect("few pixels")
-    }
-}
-
 /// Which pixels `polygon` covers.
 pub(crate) fn coverage(view: &View, polygon: &Poly) -> Vec<(i32, i32)> {
     draw(view, polygon).1.keys().map(|&(y, x)| (x, y)).collect()
 }
 
 /// Attribute `k`, in the rows of a plane: the way of those who draw fast.
-struct One(usize);
+#[derive(Clone)]
+pub(crate) struct One(pub(crate) usize);
 
 impl Shader for One {
     type Pixel = u32;

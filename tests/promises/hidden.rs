@@ -336,7 +336,7 @@ fn hidden_surfaces_where_the_last_tiles_are_cut() {
         let corner = |x: f64, y: f64| Vertex::new([x, y, z, 1.0], []);
         [corner(-1.0, -1.0), corner(3.0, -1.0), corner(-1.0, 3.0)]
     };
-    let (mut colour, mut depths) = ([0; 768], [1.0; 768]);
+    let (mut colour, mut depths) = ([0_u32; 768], [1.0; 768]);
     let mut bounds = DepthBounds::new();
     let mut tiler = Tiler::new(viewport);
     let whole = Plane::new(&mut depths, SIZE[0], SIZE[1]).expect("its size");

@@ -1,6 +1,7 @@
 //! Lists of polygons: with vertices that are placed once for all of them, they have the bits and
 //! the counts that they have without.
 
+use crate::oracle::probe::Closure;
 use crate::oracle::shapes::{Tally, check};
 use hyperspan::polygon::Polygon;
 use hyperspan::{
@@ -64,12 +65,7 @@ fn lists() -> impl Strategy<Value = List> {
 /// Colour, depth and counts of what `paint` draws.
 fn drawn(
     list: &List,
-    paint: impl FnOnce(
-        &mut Tiler,
-        &mut dyn FnMut(&Fragment<'_>) -> u32,
-        &mut Plane<'_, u32>,
-        Option<&mut Plane<'_, f32>>,
-    ),
+    paint: impl FnOnce(&mut Tiler, Closure<'_, u32>, &mut Plane<'_, u32>, Option<&mut Plane<'_, f32>>),
 ) -> (Vec<u32>, Vec<u32>, Stats) {
     let (width, height) = SIDES;
     let mut ids = vec![0_u32; (width * height) as usize];
@@ -150,11 +146,12 @@ fn lists_with_too_few_places_are_drawn() {
     placed.set(&positions[..1], Simd::auto());
     let polygon = Indexed::new(&vertices, &[0, 1, 2]).expect("three").with_placed(&placed);
     assert!(polygon.placed().is_some());
-    let (mut with, mut without) = ([0_u8; 64], [0_u8; 64]);
+    let (mut with, mut without) = ([0_u32; 64], [0_u32; 64]);
+    let mut shader: Closure<'_, u32> = &mut |_| 1;
     let mut plane = Plane::new(&mut with, 8, 8).expect("64");
-    Tiler::new(viewport).draw(&polygon, &mut |_: &Fragment<'_>| 1_u8, &mut plane, None);
+    Tiler::new(viewport).draw(&polygon, &mut shader, &mut plane, None);
     let mut plane = Plane::new(&mut without, 8, 8).expect("64");
-    Tiler::new(viewport).draw(&vertices, &mut |_: &Fragment<'_>| 1_u8, &mut plane, None);
+    Tiler::new(viewport).draw(&vertices, &mut shader, &mut plane, None);
     assert_eq!(with, without);
     assert!(with.contains(&1));
 }
@@ -176,10 +173,11 @@ fn lists_with_wrong_places_do_no_harm() {
                 wrong.as_flattened_mut()[(k + i) % 12] = *number;
                 let vertices = Strided::new(&wrong, &[0.0, 1.0, 2.0], 1, 1).expect("one each");
                 let polygon = Indexed::new(&vertices, &[0, 1, 2]).expect("three");
-                let (mut pixels, mut depths) = ([0.0_f32; 64], [1.0_f32; 64]);
+                let (mut pixels, mut depths) = ([0_u32; 64], [1.0_f32; 64]);
                 let mut plane = Plane::new(&mut pixels, 8, 8).expect("64");
                 let mut depth = Plane::new(&mut depths, 8, 8).expect("64");
-                let mut shader = |f: &Fragment<'_>| f.attribute(0) + f.w() + f.inv_w();
+                let mut shader: Closure<'_, u32> =
+                    &mut |f| (f.attribute(0) + f.w() + f.inv_w()).to_bits();
                 Tiler::new(viewport).set_precision(precision).draw(
                     &polygon.with_placed(&placed),
                     &mut shader,

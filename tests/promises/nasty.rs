@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use crate::oracle::coverage::{covered, is_unclipped, snapped};
 use crate::oracle::judge;
-use crate::oracle::probe::{self, Picture, View};
+use crate::oracle::probe::{self, Closure, Picture, View};
 use crate::oracle::shapes::unproject;
 use crate::oracle::{Poly, exact};
 use hyperspan::camera::{self, DepthConvention, DepthPlanes};
@@ -469,17 +469,17 @@ fn nasty_targets_of_16384_pixels() {
     let cover = [[-1.0, -1.0, 0.5, 1.0], [3.0, -1.0, 0.5, 1.0], [-1.0, 3.0, 0.5, 1.0]];
     let vertices = cover.map(|p| Vertex::new(p, [p[0] as f32, p[1] as f32]));
     for (x, y, width, height) in [(0, 16380, 16384, 4), (16383, 0, 1, 16384), (0, 0, 16384, 2)] {
-        let mut data = vec![f32::NAN; width as usize * height as usize];
+        let mut data = vec![f32::NAN.to_bits(); width as usize * height as usize];
         let mut target = Plane::new(&mut data, width, height).expect("its size");
-        let mut shader = |f: &Fragment<'_>| {
+        let mut shader: Closure<'_, u32> = &mut |f| {
             // Columns and rows as attributes: the right values are exact in f32.
             assert_eq!(f.attribute(0), (2 * f.x() + 1 - 16384) as f32 / 16384.0);
             assert_eq!(f.attribute(1), (16384 - 2 * f.y() - 1) as f32 / 16384.0);
-            f.attribute(0) + 2.0 * f.attribute(1)
+            (f.attribute(0) + 2.0 * f.attribute(1)).to_bits()
         };
         let mut tiler = Tiler::new(viewport);
         tiler.set_origin(x, y).draw(&vertices, &mut shader, &mut target, None);
-        assert!(data.iter().all(|value| value.is_finite()));
+        assert!(data.iter().all(|bits| f32::from_bits(*bits).is_finite()));
         assert_eq!(tiler.stats().pixels_covered, u64::from(width) * u64::from(height));
     }
 }

@@ -2,11 +2,11 @@
 
 use std::cell::Cell;
 
+use crate::oracle::probe::One;
 use hyperspan::batch::Batch;
 use hyperspan::draw::{Frame, Polygons, Screen, With};
 use hyperspan::order::DrawOrder;
 use hyperspan::polygon::Vertex;
-use hyperspan::shade::{BLOCK, Block, Inputs, Shader};
 use hyperspan::space::Viewport;
 use hyperspan::target::Plane;
 use hyperspan::tiler::Tiler;
@@ -16,29 +16,15 @@ type Triangle = [Vertex<1, [f64; 4]>; 3];
 
 const SIDE: u32 = 48;
 
-/// The polygon's attribute, which is its number.
-#[derive(Clone)]
-struct Number;
-
-impl Shader for Number {
-    type Pixel = f32;
-    const INPUTS: Inputs = Inputs::attributes(1);
-    const KEEPS_ALL: bool = true;
-
-    fn shade(&mut self, block: &Block<'_>, out: &mut [f32; BLOCK]) -> u16 {
-        *out = block.attributes[0];
-        block.mask
-    }
-}
-
-fn picture<B: Batch>(batch: B, with_depth: bool) -> Vec<f32> {
+/// The polygons' attribute, which is their number.
+fn picture<B: Batch>(batch: B, with_depth: bool) -> Vec<u32> {
     let area = (SIDE * SIDE) as usize;
-    let (mut picture, mut depths) = (vec![-1.0; area], vec![1.0; area]);
+    let (mut picture, mut depths) = (vec![u32::MAX; area], vec![1.0; area]);
     let target = Plane::new(&mut picture, SIDE, SIDE).expect("its size");
     let depth = Plane::new(&mut depths, SIDE, SIDE).expect("its size");
     let screen = Screen { target, depth: with_depth.then_some(depth), clear: None };
     let mut frame = Frame::new(Tiler::new(Viewport::new(0, 0, SIDE, SIDE).expect("small")));
-    frame.draw(screen, &[&Polygons::new(batch, With(Number))]);
+    frame.draw(screen, &[&Polygons::new(batch, With(One(0)))]);
     picture
 }
 

@@ -21,14 +21,15 @@ fn at(width: u32, height: u32, points: &[[f64; 2]]) -> Poly {
 fn picture(width: u32, height: u32, polygons: &[&[[f64; 2]]]) -> String {
     let mut tiler = Tiler::new(Viewport::new(0, 0, width, height).expect("small"));
     let mut sheet = Sheet::new(width, height);
-    for (mark, points) in ('1'..='9').chain('a'..='z').zip(polygons) {
+    for (mark, points) in (b'1'..=b'9').chain(b'a'..=b'z').zip(polygons) {
         tiler.draw(&at(width, height, points), &mut Solid(mark), &mut sheet, None);
     }
-    text(width, &sheet.pixels.iter().map(|p| p.unwrap_or('.')).collect::<Vec<_>>())
+    text(width, &sheet.pixels.iter().map(|p| p.unwrap_or(b'.')).collect::<Vec<_>>())
 }
 
-fn text(width: u32, pixels: &[char]) -> String {
-    pixels.chunks(width as usize).map(|row| row.iter().collect::<String>() + "\n").collect()
+fn text(width: u32, pixels: &[u8]) -> String {
+    let row = |row: &[u8]| row.iter().copied().map(char::from).chain(['\n']).collect::<String>();
+    pixels.chunks(width as usize).map(row).collect()
 }
 
 /// Draws one polygon.
@@ -121,8 +122,8 @@ fn pattern_of_the_coarse_grid() {
     let column = |x: f64, grid| {
         let mut sheet = Sheet::new(4, 1);
         let points = at(4, 1, &[[x, 0.0], [x, 1.0], [4.0, 1.0], [4.0, 0.0]]);
-        Tiler::new(viewport.with_grid(grid)).draw(&points, &mut Solid('#'), &mut sheet, None);
-        text(4, &sheet.pixels.iter().map(|p| p.unwrap_or('.')).collect::<Vec<_>>())
+        Tiler::new(viewport.with_grid(grid)).draw(&points, &mut Solid(b'#'), &mut sheet, None);
+        text(4, &sheet.pixels.iter().map(|p| p.unwrap_or(b'.')).collect::<Vec<_>>())
     };
     assert_pattern!(column(1.5 + 0.4 / 256.0, Grid::Eight), ".###");
     assert_pattern!(column(1.5 + 0.4 / 256.0, Grid::Sixteen), "..##");
@@ -336,13 +337,13 @@ fn pattern_of_nothing() {
 /// is left alone.
 #[test]
 fn pattern_in_a_target_with_a_stride() {
-    let mut data = ['-'; 6 * 7];
+    let mut data = [b'-'; 6 * 7];
     let mut plane = Plane::with_stride(&mut data, 4, 7, 6).expect("42 elements");
-    plane.clear('.');
+    plane.clear(b'.');
     let mut tiler = Tiler::new(Viewport::new(0, 0, 8, 8).expect("small"));
     tiler.set_origin(2, 1);
     let diamond = at(8, 8, &[[4.0, 0.0], [0.0, 4.0], [4.0, 8.0], [8.0, 4.0]]);
-    tiler.draw(&diamond, &mut Solid('#'), &mut plane, None);
+    tiler.draw(&diamond, &mut Solid(b'#'), &mut plane, None);
     assert_pattern!(
         text(6, &data),
         "###.--
@@ -366,14 +367,14 @@ fn pattern_in_single_rows_with_any_stride() {
     for stride in [8, usize::MAX / 2, usize::MAX] {
         let rows: String = (0..8)
             .map(|y| {
-                let (mut data, mut depths) = (['.'; 8], [1.0; 8]);
+                let (mut data, mut depths) = ([b'.'; 8], [1.0; 8]);
                 let mut plane = Plane::with_stride(&mut data, 8, 1, stride).expect("one row");
                 let mut depth = Plane::with_stride(&mut depths, 8, 1, stride).expect("one row");
                 let mut tiler = Tiler::new(viewport);
                 tiler.set_origin(0, y);
-                tiler.draw(&sliver, &mut Solid('#'), &mut plane, Some(&mut depth));
+                tiler.draw(&sliver, &mut Solid(b'#'), &mut plane, Some(&mut depth));
                 for (pixel, depth) in data.iter().zip(depths) {
-                    assert_eq!(*pixel == '#', depth < 1.0, "row {y}");
+                    assert_eq!(*pixel == b'#', depth < 1.0, "row {y}");
                 }
                 text(8, &data)
             })
@@ -399,9 +400,9 @@ fn pattern_of_a_viewport_beyond_the_target() {
     let shown = |x: i32, y: i32| {
         let viewport = Viewport::new(x, y, 8, 8).expect("small");
         let mut sheet = Sheet::new(6, 4);
-        let outcome = Tiler::new(viewport).draw(&diamond, &mut Solid('#'), &mut sheet, None);
+        let outcome = Tiler::new(viewport).draw(&diamond, &mut Solid(b'#'), &mut sheet, None);
         assert_eq!(outcome, Outcome::Drawn);
-        text(6, &sheet.pixels.iter().map(|p| p.unwrap_or('.')).collect::<Vec<_>>())
+        text(6, &sheet.pixels.iter().map(|p| p.unwrap_or(b'.')).collect::<Vec<_>>())
     };
     assert_pattern!(shown(0, 0), "...#.. ..###. .##### ######");
     assert_pattern!(shown(-1, -2), "#####. ###### ###### #####.");
@@ -417,10 +418,10 @@ fn pattern_of_a_polygon_beyond_the_viewport() {
     let viewport = Viewport::new(2, 1, 4, 2).expect("small");
     let mut sheet = Sheet::new(8, 4);
     let cover = [[-9.0, -9.0, 0.5, 1.0], [9.0, -9.0, 0.5, 1.0], [0.0, 30.0, 0.5, 1.0]];
-    Tiler::new(viewport).draw(&Poly::bare(&cover), &mut Solid('#'), &mut sheet, None);
+    Tiler::new(viewport).draw(&Poly::bare(&cover), &mut Solid(b'#'), &mut sheet, None);
     assert_eq!(viewport.rect(), PixelRect { x0: 2, y0: 1, x1: 6, y1: 3 });
     assert_pattern!(
-        text(8, &sheet.pixels.iter().map(|p| p.unwrap_or('.')).collect::<Vec<_>>()),
+        text(8, &sheet.pixels.iter().map(|p| p.unwrap_or(b'.')).collect::<Vec<_>>()),
         "........
          ..####..
          ..####..

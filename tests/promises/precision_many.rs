@@ -7,10 +7,10 @@
 use crate::oracle::Poly;
 use crate::oracle::plane::quick::{Known, Quick};
 use crate::oracle::plane::{Plane, Right};
-use crate::oracle::probe::View;
+use crate::oracle::probe::{Closure, View};
 use crate::oracle::shapes::scenes;
 use hyperspan::depth::DepthTest;
-use hyperspan::shade::{Fragment, Solid};
+use hyperspan::shade::Solid;
 use hyperspan::space::Viewport;
 use hyperspan::target::Plane as Target;
 use hyperspan::tiler::{Precision, Tiler};
@@ -38,7 +38,7 @@ fn draw(view: &View, poly: &Poly, numbers: &mut Vec<f32>, places: &mut Vec<(i32,
     let mut target = Target::new(&mut nothing, width, height).expect("its size");
     numbers.clear();
     places.clear();
-    let mut record = |f: &Fragment<'_>| {
+    let mut record: Closure<'_, ()> = &mut |f| {
         places.push((f.x(), f.y()));
         numbers.extend([f.inv_w(), f.depth()]);
         numbers.extend((0..f.attribute_count()).map(|k| f.attribute(k)));

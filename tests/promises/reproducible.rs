@@ -402,26 +402,27 @@ impl<const WHOLE: bool> Shader for Pairs<WHOLE> {
     }
 }
 
-/// The bits of depth, or of 1/w; otherwise as [`Pairs`].
-struct Depths<const WHOLE: bool, const INV_W: bool>;
+/// The bits of depth, or of 1/w if that is said. If it asks for one of them, blocks are shaded in place; if it
+/// asks for both, everything is asked for, and every block is copied.
+struct Depths<const DEPTH: bool, const INV_W: bool>(bool);
 
-impl<const WHOLE: bool, const INV_W: bool> Shader for Depths<WHOLE, INV_W> {
+impl<const DEPTH: bool, const INV_W: bool> Shader for Depths<DEPTH, INV_W> {
     type Pixel = u32;
-    const INPUTS: Inputs = if WHOLE {
-        Inputs { depth: !INV_W, inv_w: INV_W, ..Inputs::COVERAGE }
-    } else {
+    const INPUTS: Inputs = if DEPTH && INV_W {
         Inputs::ALL
+    } else {
+        Inputs { depth: DEPTH, inv_w: INV_W, ..Inputs::COVERAGE }
     };
-    const KEEPS_ALL: bool = WHOLE;
+    const KEEPS_ALL: bool = !(DEPTH && INV_W);
 
     fn shade(&mut self, block: &Block<'_>, out: &mut [u32; BLOCK]) -> u16 {
-        *out = if INV_W { block.inv_w } else { block.depth }.map(f32::to_bits);
+        *out = if self.0 { block.inv_w } else { block.depth }.map(f32::to_bits);
         block.mask
     }
 }
 
 /// Depth, or 1/w, is the same in place or copied.
-fn depths_in_place<const INV_W: bool>(
+fn depths_in_place<const DEPTH: bool, const INV_W: bool>(
     tiler: &mut Tiler,
     poly: &Poly,
     depths: &[f32],
@@ -434,9 +435,9 @@ fn depths_in_place<const INV_W: bool>(
         let depth = Plane::with_stride(&mut depths, width, HEIGHT, stride);
         let (mut target, mut depth) = (plane.expect("its size"), depth.expect("its size"));
         if in_place {
-            tiler.draw(poly, &mut Depths::<true, INV_W>, &mut target, Some(&mut depth));
+            tiler.draw(poly, &mut Depths::<DEPTH, INV_W>(INV_W), &mut target, Some(&mut depth));
         } else {
-            tiler.draw(poly, &mut Depths::<false, INV_W>, &mut target, Some(&mut depth));
+            tiler.draw(poly, &mut Depths::<true, true>(INV_W), &mut target, Some(&mut depth));
         }
         pixels
     };
@@ -473,8 +474,8 @@ fn reproducible_in_place_or_copied() {
                     .set_depth_test(*test)
                     .set_precision(view.precision)
                     .set_interpolation(&view.interpolation);
-                depths_in_place::<false>(&mut tiler, &poly, &depths, width)?;
-                depths_in_place::<true>(&mut tiler, &poly, &depths, width)?;
+                depths_in_place::<true, false>(&mut tiler, &poly, &depths, width)?;
+                depths_in_place::<false, true>(&mut tiler, &poly, &depths, width)?;
                 fn plane<P: Copy>(data: &mut [P], width: u32) -> Plane<'_, P> {
                     Plane::with_stride(data, width, HEIGHT, STRIDE).expect("its size")
                 }

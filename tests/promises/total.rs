@@ -4,9 +4,9 @@
 use std::time::Instant;
 
 use crate::oracle::Poly;
+use crate::oracle::probe::{Closure, Sheet};
 use crate::oracle::shapes::{Tally, check, clipped_polygons, loose_polygons, scenes};
 use hyperspan::depth::{Compare, DepthSource, DepthTest};
-use hyperspan::shade::Fragment;
 use hyperspan::space::{DepthRange, Grid, Viewport};
 use hyperspan::stats::Stats;
 use hyperspan::target::Plane;
@@ -191,7 +191,7 @@ fn draw(settings: &Settings, poly: &Poly) -> Result<(Outcome, Stats, usize), Tes
         .set_clip_planes(&settings.planes);
     let rect = settings.viewport.rect();
     let mut shaded = 0_u64;
-    let mut shader = |f: &Fragment<'_>| {
+    let mut shader: Closure<'_, u32> = &mut |f| {
         shaded += 1;
         assert!(rect.x0 <= f.x() && f.x() < rect.x1 && rect.y0 <= f.y() && f.y() < rect.y1);
         assert!((0.0..=1.0).contains(&f.depth()), "depth {}", f.depth());
@@ -302,8 +302,8 @@ fn total_counts_add_up() {
         let (width, height, _) = settings.target;
         let mut drawn = 0;
         for poly in &list {
-            let mut sheet = crate::oracle::probe::Sheet::new(width, height);
-            let mut shader = |_: &Fragment<'_>| 1_u8;
+            let mut sheet = Sheet::new(width, height);
+            let mut shader: Closure<'_, u32> = &mut |_| 1;
             let outcome = tiler.draw(poly, &mut shader, &mut sheet, None);
             drawn += u64::from(outcome == Outcome::Drawn);
         }
@@ -333,8 +333,9 @@ fn total_work_is_that_of_the_window() {
         let begun = Instant::now();
         tiler.set_origin(8192, if turn % 2 == 0 { 0 } else { 16000 });
         for _ in 0..50 {
-            let mut sheet = crate::oracle::probe::Sheet::new(4, 2);
-            tiler.draw(&cover, &mut |_: &Fragment<'_>| 1_u8, &mut sheet, None);
+            let mut sheet = Sheet::new(4, 2);
+            let mut shader: Closure<'_, u32> = &mut |_| 1;
+            tiler.draw(&cover, &mut shader, &mut sheet, None);
             assert_eq!(sheet.pixels.iter().flatten().count(), 8);
         }
         let time = &mut least[turn % 2];

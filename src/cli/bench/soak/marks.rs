@@ -1,29 +1,13 @@
 //! A polygon alone, of which only the coverage is looked at: a byte for each pixel, row by row
 //! against the oracle, so that thousands of millions can be had.
 
-use hyperspan::shade::{BLOCK, Block, Inputs, Shader};
+use hyperspan::shade::Solid;
 use hyperspan::target::Plane;
 use rayon::ThreadPool;
 
 use super::check::{Tally, Wrong, run};
 use super::outline::{Outline, Span};
 use super::scene::Scene;
-
-/// Marks what it is asked for.
-#[derive(Clone, Copy, Debug)]
-struct Mark;
-
-impl Shader for Mark {
-    type Pixel = u8;
-    const INPUTS: Inputs = Inputs::COVERAGE;
-    const KEEPS_ALL: bool = true;
-
-    #[inline(always)]
-    fn shade(&mut self, _block: &Block<'_>, out: &mut [u8; BLOCK]) -> u16 {
-        out.fill(1);
-        u16::MAX
-    }
-}
 
 /// Marks that are kept from polygon to polygon.
 #[derive(Debug, Default)]
@@ -49,7 +33,7 @@ impl Marks {
             self.ones.resize(width as usize, 1);
         }
         let target = Plane::new(&mut self.drawn, width, height)?;
-        Ok(run(scene, target, Mark, None, pool).pixels_covered)
+        Ok(run(scene, target, Solid(1), None, pool).pixels_covered)
     }
 
     /// Compares what was drawn, and wipes it out.
