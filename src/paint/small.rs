@@ -74,7 +74,8 @@ pub(crate) fn paint<L: Simd, S: Shader, T: Target<Pixel = S::Pixel>>(
         move || match small.found.patches.lanes() {
             _ if small.strict => {
                 let needs_depth = S::INPUTS.depth;
-                let masks = find_strict(simd, &small, lanes, needs_depth, depth.as_deref_mut())?;
+                let masks =
+                    find_strict(simd.level(), &small, lanes, needs_depth, depth.as_deref_mut())?;
                 let masks = &masks[..small.found.patches.count()];
                 Some(shade_patches(&small, masks, lanes, shader, target, depth, false))
             }

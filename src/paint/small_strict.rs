@@ -1,7 +1,7 @@
 //! Small polygons in view, in `Exact`: from their set-up to depths and attributes, each shown to be rounded
 //! right. It depends on neither shader nor target, and is compiled once.
 
-use fearless_simd::{Simd, SimdBase};
+use fearless_simd::{Level, Simd, SimdBase, dispatch};
 
 use super::small::{Small, test_pixels};
 use crate::aligned::LaneMemory;
@@ -16,21 +16,19 @@ use crate::target::DepthBuffer;
 /// Finds what is asked of `small`, as `paint` lays it out: for each patch its depths, lanes that are not
 /// used here, and its attributes. Returns the pixels that pass; nothing, with nothing done, if any of their
 /// values is in doubt. Depths are not stored.
-pub(super) fn find_strict<L: Simd>(
-    simd: L,
+#[inline(never)]
+pub(super) fn find_strict(
+    level: Level,
     small: &Small<'_>,
     lanes: &mut LaneMemory,
     needs_depth: bool,
     depth: Option<&mut DepthBuffer<'_>>,
 ) -> Option<[u16; MOST]> {
-    simd.vectorize(
-        #[inline(always)]
-        || match small.found.patches.lanes() {
-            ..=8 => find_lanes::<8, _>(simd, small, lanes, needs_depth, depth),
-            9..=BLOCK => find_lanes::<BLOCK, _>(simd, small, lanes, needs_depth, depth),
-            _ => find_lanes::<{ MOST * BLOCK }, _>(simd, small, lanes, needs_depth, depth),
-        },
-    )
+    dispatch!(level, simd => match small.found.patches.lanes() {
+        ..=8 => find_lanes::<8, _>(simd, small, lanes, needs_depth, depth),
+        9..=BLOCK => find_lanes::<BLOCK, _>(simd, small, lanes, needs_depth, depth),
+        _ => find_lanes::<{ MOST * BLOCK }, _>(simd, small, lanes, needs_depth, depth),
+    })
 }
 
 /// [`find_strict`] where patches have `LANES` at most.

@@ -124,13 +124,13 @@ impl Bunch {
         if looks.start(places) {
             match LANES {
                 1 => looks.look::<f64>((), places, scope),
-                _ => look_at_eight(level, looks, places, scope),
+                _ => look_at_eight_triangles(level, looks, places, scope),
             }
         }
         if quad_looks.start(quad_places) {
             match LANES {
                 1 => quad_looks.look::<f64>((), quad_places, scope),
-                _ => look_at_eight(level, quad_looks, quad_places, scope),
+                _ => look_at_eight_quads(level, quad_looks, quad_places, scope),
             }
         }
     }
@@ -224,7 +224,8 @@ impl Bunch {
         (ready.filled, ready.lane) = (lanes, 0);
         match LANES {
             1 => ready.set::<f64, N>((), asked, source, viewport),
-            _ => ready.set_eight::<N>(level, asked, source, viewport),
+            _ if N == 3 => ready.set_eight_triangles(level, asked, source, viewport),
+            _ => ready.set_eight_quads(level, asked, source, viewport),
         }
         ready.setups.give_up(odd);
     }
@@ -238,14 +239,16 @@ pub(super) fn count_far(last: &mut i32, row: i32) -> usize {
     is_far.into()
 }
 
-/// [`Looks::look`], compiled for the instruction set, and once.
+/// [`Looks::look`], compiled for the instruction set, and once: what is generic is compiled again in every crate
+/// that draws.
 #[inline(never)]
-fn look_at_eight<const N: usize>(
-    level: Level,
-    looks: &mut Looks<N>,
-    places: &Places<N>,
-    scope: &Scope,
-) {
+fn look_at_eight_triangles(level: Level, looks: &mut Looks<3>, places: &Places<3>, scope: &Scope) {
+    dispatch!(level, simd => looks.look::<f64x8<_>>(simd, places, scope));
+}
+
+/// The same.
+#[inline(never)]
+fn look_at_eight_quads(level: Level, looks: &mut Looks<4>, places: &Places<4>, scope: &Scope) {
     dispatch!(level, simd => looks.look::<f64x8<_>>(simd, places, scope));
 }
 
@@ -291,14 +294,26 @@ impl Ready {
 
     /// The same, compiled for the instruction set, and once.
     #[inline(never)]
-    fn set_eight<const N: usize>(
+    fn set_eight_triangles(
         &mut self,
         level: Level,
         asked: Asked,
         source: DepthSource,
         viewport: Viewport,
     ) {
-        dispatch!(level, simd => self.set::<f64x8<_>, N>(simd, asked, source, viewport));
+        dispatch!(level, simd => self.set::<f64x8<_>, 3>(simd, asked, source, viewport));
+    }
+
+    /// The same.
+    #[inline(never)]
+    fn set_eight_quads(
+        &mut self,
+        level: Level,
+        asked: Asked,
+        source: DepthSource,
+        viewport: Viewport,
+    ) {
+        dispatch!(level, simd => self.set::<f64x8<_>, 4>(simd, asked, source, viewport));
     }
 }
 
