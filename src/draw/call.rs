@@ -6,8 +6,10 @@ use super::bins::{Entries, Entry};
 use super::canvas::{Canvas, Paint};
 use super::listed::{Listed, Pass, Sorting, seen};
 use super::occlude::{Limits, Role, Surveying};
+use super::scattered::is_scattered;
 use crate::batch::Batch;
 use crate::shade::Shader;
+use crate::space::PixelRect;
 use crate::stats::FaceCount;
 use crate::target::{DepthBuffer, Target};
 use crate::tiler::Tiler;
@@ -40,6 +42,10 @@ pub trait Call<C: Canvas>: Sync {
     /// Clears what is left to be cleared.
     #[doc(hidden)]
     fn clear_rest(&self, canvas: &mut C);
+
+    /// Are the polygons worth being sorted to be drawn in `window` by one thread?
+    #[doc(hidden)]
+    fn is_scattered(&self, tiler: &Tiler, window: PixelRect) -> bool;
 
     /// Lists what may hold large polygons.
     #[doc(hidden)]
@@ -123,6 +129,10 @@ impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
         if let Some(mut depth) = depth {
             depth.clear_rest(&mut target);
         }
+    }
+
+    fn is_scattered(&self, tiler: &Tiler, window: PixelRect) -> bool {
+        is_scattered(&self.batch, tiler, window)
     }
 
     fn survey(&self, surveying: Surveying<'_>) {

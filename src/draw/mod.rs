@@ -1,5 +1,5 @@
 //! Draw lists: many polygons, drawn by one thread in the order in which they come, or sorted into
-//! bands of rows and drawn band by band by the threads of a pool.
+//! bands of rows and drawn band by band, by the threads of a pool or by one if they lie far apart.
 //!
 //! ```text
 //! calls -> sorted, chunk by chunk -> bins, one for each band -> cleared and drawn, band by band
@@ -17,6 +17,7 @@ mod canvas;
 mod listed;
 mod occlude;
 mod run;
+mod scattered;
 
 use alloc::vec::Vec;
 
@@ -35,6 +36,9 @@ use crate::tiler::keep::Keep;
 
 /// Bands for each thread: enough that none has to wait for long at the end.
 const BANDS_PER_THREAD: usize = 8;
+
+/// Pixels of a band that one thread draws: 3 MiB of colours and depths.
+const BAND_PIXELS: u32 = 3 << 17;
 
 /// Rows of a band are a multiple of this, so that none cuts a tile of depth bounds.
 const ROW_STEP: u32 = 16;
@@ -131,11 +135,12 @@ impl Frame {
         if let Some(worker) = self.workers.first_mut() {
             let tiler = &mut run::hand(worker).tiler;
             let occluders = search.run(tiler, &mut canvas, calls, window);
-            if threads > 1 && !window.is_empty() {
-                let bands = Bands::of(height, threads, [x, y]);
+            let sorts = threads > 1 || are_scattered(calls, tiler, window);
+            if sorts && !window.is_empty() {
+                let bands = Bands::of([width, height], threads, [x, y]);
                 self.draw_in_bands(canvas, calls, bands, window, occluders);
             } else {
-                // One thread has nothing to sort: all in the order in which it comes.
+                // All in the order in which it comes.
                 let rest = clear(&mut canvas, calls, tiler.skips_hidden());
                 if let (Some(occluders), Some(call)) = (occluders, calls.first()) {
                     call.limit(&mut canvas, Limits { occluders, row: 0 });
@@ -228,6 +233,18 @@ impl Frame {
     }
 }
 
+/// Is it worth sorting `calls` to be drawn by one thread? Then most of their polygons must be.
+fn are_scattered<C: Canvas>(calls: &[&dyn Call<C>], tiler: &Tiler, window: PixelRect) -> bool {
+    let (mut all, mut scattered) = (0_usize, 0_usize);
+    for call in calls {
+        all = all.saturating_add(call.len());
+        if call.is_scattered(tiler, window) {
+            scattered = scattered.saturating_add(call.len());
+        }
+    }
+    scattered > all / 2
+}
+
 /// Clears `canvas`, or has it cleared later, if that `may` be: then by the call that it returns, too.
 fn clear<'a, C: Canvas>(
     canvas: &mut C,
@@ -244,9 +261,12 @@ fn clear<'a, C: Canvas>(
 }
 
 impl Bands {
-    fn of(height: u32, threads: usize, origin: [i32; 2]) -> Self {
-        let bands = u32::try_from(threads * BANDS_PER_THREAD).unwrap_or(u32::MAX);
-        let rows = height.div_ceil(bands).max(1).next_multiple_of(ROW_STEP);
+    fn of([width, height]: [u32; 2], threads: usize, origin: [i32; 2]) -> Self {
+        let rows = match threads {
+            1 => BAND_PIXELS / width.max(1),
+            _ => height.div_ceil(u32::try_from(threads * BANDS_PER_THREAD).unwrap_or(u32::MAX)),
+        };
+        let rows = rows.clamp(1, height.max(1)).next_multiple_of(ROW_STEP);
         Self { count: height.div_ceil(rows) as usize, rows, origin }
     }
 }

@@ -149,7 +149,7 @@ impl Tiler {
 
     /// The pixels that a polygon may cover, if it has a vertex and lies within the view.
     #[inline(always)]
-    pub(super) fn bounds_in_view<L: Simd, V: Polygon + ?Sized>(
+    pub(crate) fn bounds_in_view<L: Simd, V: Polygon + ?Sized>(
         &self,
         simd: L,
         polygon: &V,

@@ -232,6 +232,64 @@ fn draw_lists_clear_under_small_polygons_at_the_edge() {
     assert!(drawn.0.iter().any(|pixel| *pixel != [0; 3]), "it covers something");
 }
 
+/// What lies far apart in a large target is sorted into bands by a single thread, too: no byte changes, nor what
+/// is counted.
+#[test]
+fn draw_lists_that_are_scattered_are_sorted() {
+    const SIDE: u32 = 1024;
+    let area = (SIDE * SIDE) as usize;
+    let polygon = |i: usize| {
+        let n = 3 + i % 4;
+        let [x, y] = [0.754_877_666, 0.569_840_291].map(|g| 2.0 * (i as f64 * g % 1.0) - 1.0);
+        let corner = |k: usize| {
+            let angle = k as f64 * std::f64::consts::TAU / n as f64;
+            let (dx, dy) = (libm::cos(angle) * 0.05, libm::sin(angle) * 0.05);
+            let w = 1.0 + 0.2 * dx + (i % 7) as f64 * 0.1;
+            let z = ((i * 37 % 100) as f64 / 100.0 + dy) * w;
+            Vertex::new([(x + dx) * w, (y + dy) * w, z, w], [i as f32, k as f32])
+        };
+        (0..n).map(corner).collect::<Vec<_>>()
+    };
+    let scattered: Vec<_> = (0..1500).map(polygon).collect();
+    // The same ones, from the top down: these are not sorted.
+    let mut in_order = scattered.clone();
+    in_order.sort_by(|a, b| {
+        (b[0].position[1] / b[0].position[3]).total_cmp(&(a[0].position[1] / a[0].position[3]))
+    });
+    for precision in [Precision::Fast, Precision::Exact] {
+        let mut bytes = Vec::new();
+        for polygons in [&scattered, &in_order] {
+            let blank = || (vec![[0; 3]; area], vec![1.0_f32; area]);
+            let mut tiler = Tiler::new(Viewport::new(0, 0, SIDE, SIDE).expect("small"));
+            tiler.set_precision(precision);
+            let (mut picture, mut depths) = blank();
+            let mut target = Plane::new(&mut picture, SIDE, SIDE).expect("its size");
+            let mut depth = Plane::new(&mut depths, SIDE, SIDE).expect("its size");
+            let mut shader = Numbered::<true>::default();
+            for (i, polygon) in polygons.iter().enumerate() {
+                shader.start(i);
+                tiler.draw(polygon.as_slice(), &mut shader, &mut target, Some(&mut depth));
+            }
+            let (expected, counts) = (bits((picture, depths)), tiler.stats());
+            let mut frame = Frame::new(tiler);
+            let (mut picture, mut depths) = blank();
+            let screen = Screen {
+                target: Plane::new(&mut picture, SIDE, SIDE).expect("its size"),
+                depth: Some(Plane::new(&mut depths, SIDE, SIDE).expect("its size")),
+                clear: Some(([0; 3], 1.0)),
+            };
+            let batch = polygons.as_slice();
+            frame.draw(screen, &[&Polygons::new(batch, With(Numbered::<true>::default()))]);
+            assert!(bits((picture, depths)) == expected, "{precision:?}");
+            bytes.push(frame.stats().peak_bytes);
+            let of = |stats: Stats| Stats { peak_bytes: 0, spans: 0, ..stats };
+            assert_eq!(of(frame.stats()), of(counts));
+        }
+        // A word for each polygon at least.
+        assert!(bytes[0] > bytes[1] + 4 * 1500, "{bytes:?} bytes, if it was sorted and if not");
+    }
+}
+
 /// How many cases were tried, and of them lists that leave something out, and such that do not clear all, on
 /// canvases of this size.
 fn leave_out(name: &'static str, [width, height]: [u32; 2], cases: u32) -> (u64, [Tally; 2]) {
