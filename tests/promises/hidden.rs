@@ -10,7 +10,7 @@ use hyperspan::polygon::Vertex;
 use hyperspan::shade::{BLOCK, Block, Inputs, Shader, Solid};
 use hyperspan::space::{DepthRange, Grid};
 use hyperspan::target::DepthBuffer;
-use hyperspan::{Outcome, Plane, Precision, Simd, Tiler, Viewport};
+use hyperspan::{Outcome, Plane, Precision, Simd, Stats, Tiler, Viewport};
 use proptest::prelude::*;
 
 /// What happens to a picture and its depths.
@@ -353,13 +353,41 @@ fn hidden_surfaces_where_the_last_tiles_are_cut() {
     assert!((0..colour.len()).all(|i| colour[i] == expected(i)), "{colour:?}");
 }
 
+/// The side of a target that has one small polygon.
+const SIDE: u32 = 48;
+
+/// Draws `polygon` over depths that are all `stored`: with bounds the same ones come out as without. Returns
+/// what was counted.
+fn same_with_bounds<const N: usize>(
+    polygon: &[Vertex<0, [f64; 4]>; N],
+    stored: f32,
+    compare: Compare,
+    precision: Precision,
+) -> Result<Stats, TestCaseError> {
+    let draw = |bounded: bool| {
+        // Of what was there before bounds were attached nothing is known, and so they are looked for.
+        let mut depths = vec![stored; (SIDE * SIDE) as usize];
+        let mut bounds = DepthBounds::new();
+        let mut buffer = Plane::new(&mut depths, SIDE, SIDE).expect("its size");
+        if bounded {
+            buffer = buffer.with_bounds(&mut bounds);
+        }
+        let mut tiler = Tiler::new(Viewport::new(0, 0, SIDE, SIDE).expect("small"));
+        tiler.set_precision(precision);
+        tiler.set_depth_test(DepthTest { compare, ..DepthTest::STANDARD });
+        tiler.draw(polygon, &mut Solid(()), &mut (), Some(&mut buffer));
+        (depths, tiler.stats())
+    };
+    let (plain, stats) = draw(false);
+    prop_assert!(plain == draw(true).0, "{:?}, {:?}", compare, precision);
+    Ok(stats)
+}
+
 /// A corner alone is nearer than what is stored everywhere: small quadrilaterals have bounds of their depths from
 /// the three vertices that carry the plane, and from the fourth.
 #[test]
 fn hidden_small_quadrilaterals_show_a_corner() {
-    const SIDE: u32 = 48;
     let viewport = Viewport::new(0, 0, SIDE, SIDE).expect("small");
-    let area = (SIDE * SIDE) as usize;
     let tally = Tally::default();
     let turn = 0.0..std::f64::consts::TAU;
     let quads =
@@ -378,22 +406,8 @@ fn hidden_small_quadrilaterals_show_a_corner() {
         let quad = [corner(0), corner(1), corner(2), corner(3)];
         for compare in [Compare::Less, Compare::Greater] {
             let stored = if compare == Compare::Less { 0.5 } else { 0.5 + 0.4 * behind as f32 };
-            let draw = |bounded: bool| {
-                // Of what was there before bounds were attached nothing is known, and so they are looked for.
-                let mut depths = vec![stored; area];
-                let mut bounds = DepthBounds::new();
-                let mut buffer = Plane::new(&mut depths, SIDE, SIDE).expect("its size");
-                if bounded {
-                    buffer = buffer.with_bounds(&mut bounds);
-                }
-                let mut tiler = Tiler::new(viewport);
-                tiler.set_depth_test(DepthTest { compare, ..DepthTest::STANDARD });
-                tiler.draw(&quad, &mut Solid(()), &mut (), Some(&mut buffer));
-                (depths, tiler.stats().pixels_shaded)
-            };
-            let (plain, shaded) = draw(false);
-            prop_assert!(plain == draw(true).0, "{:?}", compare);
-            tally.add(usize::from((1..10).contains(&shaded)));
+            let stats = same_with_bounds(&quad, stored, compare, Precision::Fast)?;
+            tally.add(usize::from((1..10).contains(&stats.pixels_shaded)));
         }
         Ok(())
     });
@@ -404,9 +418,7 @@ fn hidden_small_quadrilaterals_show_a_corner() {
 /// others do not: what bounds they lie between has to be rounded outward.
 #[test]
 fn hidden_small_triangles_whose_depths_are_ties() {
-    const SIDE: u32 = 48;
     let viewport = Viewport::new(0, 0, SIDE, SIDE).expect("small");
-    let area = (SIDE * SIDE) as usize;
     let tally = Tally::default();
     let ways = (
         prop::sample::select(vec![Compare::Less, Compare::Greater]),
@@ -429,21 +441,7 @@ fn hidden_small_triangles_whose_depths_are_ties() {
             Vertex::new(unproject(viewport, at, tie, ws[i].exp2()), [])
         };
         let triangle = [corner(0), corner(1), corner(2)];
-        let draw = |bounded: bool| {
-            let mut depths = vec![stored; area];
-            let mut bounds = DepthBounds::new();
-            let mut buffer = Plane::new(&mut depths, SIDE, SIDE).expect("its size");
-            if bounded {
-                buffer = buffer.with_bounds(&mut bounds);
-            }
-            let mut tiler = Tiler::new(viewport);
-            tiler.set_precision(precision);
-            tiler.set_depth_test(DepthTest { compare, ..DepthTest::STANDARD });
-            tiler.draw(&triangle, &mut Solid(()), &mut (), Some(&mut buffer));
-            (depths, tiler.stats())
-        };
-        let (plain, stats) = draw(false);
-        prop_assert!(plain == draw(true).0, "{:?}, {:?}", compare, precision);
+        let stats = same_with_bounds(&triangle, stored, compare, precision)?;
         tally.add(usize::from((1..stats.pixels_covered).contains(&stats.pixels_shaded)));
         Ok(())
     });
