@@ -7,17 +7,13 @@ use crate::tiler::sort::Rows;
 /// Polygons of a call that are sorted at a time: what one thread takes.
 pub(crate) const CHUNK: usize = 1 << 13;
 
-/// In an entry, which is a polygon's number in its chunk and these bits: is this the polygon's
-/// first band? Do two words follow, a number among those kept and the last band?
+/// In an entry, which is a polygon's number in its chunk and this bit: is this the polygon's first band?
 const FIRST_BAND: u32 = 1 << 30;
-const KEPT: u32 = 1 << 31;
 
 /// What one thread has sorted.
 #[derive(Debug, Default)]
 pub(crate) struct Bins {
     bands: Vec<Bin>,
-    /// Polygons worth keeping, so far.
-    kept: u32,
     /// The framebuffer row where band 0 begins, and the rows of a band.
     first_row: i32,
     band_rows: u32,
@@ -45,8 +41,6 @@ pub(crate) struct Entry {
     /// In its chunk.
     pub(crate) polygon: usize,
     pub(crate) is_first_band: bool,
-    /// If its set-up is worth keeping: its number among such, and its last band.
-    pub(crate) kept: Option<(u32, u32)>,
 }
 
 impl Bins {
@@ -59,7 +53,7 @@ impl Bins {
             bin.words.clear();
             bin.runs.clear();
         }
-        (self.kept, self.first_row, self.band_rows) = (0, first_row, band_rows);
+        (self.first_row, self.band_rows) = (first_row, band_rows);
     }
 
     /// What is added from now on is of this chunk.
@@ -72,29 +66,17 @@ impl Bins {
     pub(crate) fn add(&mut self, polygon: usize, rows: Rows) {
         let band_of = |row: i32| row.abs_diff(self.first_row) / self.band_rows;
         let (first, last) = (band_of(rows.first), band_of(rows.last));
-        let polygon = polygon as u32;
-        if first == last {
-            self.push(first, &[polygon | FIRST_BAND]);
-        } else if rows.keep {
-            let number = self.kept;
-            self.kept += 1;
-            for band in first..=last {
-                let bit = if band == first { FIRST_BAND } else { 0 };
-                self.push(band, &[polygon | bit | KEPT, number, last]);
-            }
-        } else {
-            for band in first..=last {
-                let bit = if band == first { FIRST_BAND } else { 0 };
-                self.push(band, &[polygon | bit]);
-            }
+        for band in first..=last {
+            let bit = if band == first { FIRST_BAND } else { 0 };
+            self.push(band, polygon as u32 | bit);
         }
     }
 
     #[inline(always)]
-    fn push(&mut self, band: u32, words: &[u32]) {
+    fn push(&mut self, band: u32, word: u32) {
         let Some(bin) = self.bands.get_mut(band as usize) else { return };
         let start = bin.words.len() as u32;
-        bin.words.extend_from_slice(words);
+        bin.words.push(word);
         let end = bin.words.len() as u32;
         match bin.runs.last_mut() {
             Some(run) if run.chunk == self.chunk => run.end = end,
@@ -107,11 +89,6 @@ impl Bins {
         for bin in &mut self.bands {
             bin.runs.sort_unstable_by_key(|run| run.chunk);
         }
-    }
-
-    /// Polygons worth keeping.
-    pub(crate) fn kept(&self) -> u32 {
-        self.kept
     }
 
     /// Words in band `band`: how much there is to do.
@@ -148,15 +125,8 @@ impl Iterator for Entries<'_> {
     fn next(&mut self) -> Option<Entry> {
         let (&word, rest) = self.words.split_first()?;
         self.words = rest;
-        let mut kept = None;
-        if word & KEPT != 0
-            && let Some((&[number, last_band], rest)) = rest.split_first_chunk()
-        {
-            kept = Some((number, last_band));
-            self.words = rest;
-        }
-        let polygon = (word & !(FIRST_BAND | KEPT)) as usize;
-        Some(Entry { polygon, is_first_band: word & FIRST_BAND != 0, kept })
+        let polygon = (word & !FIRST_BAND) as usize;
+        Some(Entry { polygon, is_first_band: word & FIRST_BAND != 0 })
     }
 }
 
@@ -164,31 +134,27 @@ impl Iterator for Entries<'_> {
 mod tests {
     use super::*;
 
-    fn rows(first: i32, last: i32, keep: bool) -> Rows {
-        Rows { first, last, keep }
-    }
-
     #[test]
     fn bins_hold_polygons_in_the_order_of_their_chunks() {
         let mut bins = Bins::default();
         bins.reset(3, -8, 16);
         bins.start_chunk(7);
-        bins.add(1, rows(-8, 7, true));
-        bins.add(2, rows(7, 8, false));
+        bins.add(1, Rows { first: -8, last: 7 });
+        bins.add(2, Rows { first: 7, last: 8 });
         bins.start_chunk(3);
-        bins.add(5, rows(0, 39, true));
+        bins.add(5, Rows { first: 0, last: 39 });
         bins.finish();
         let of = |band: usize, run: usize| {
             let (chunk, entries) = bins.run(band, run).expect("a run");
             (chunk, entries.collect::<Vec<_>>())
         };
-        let entry = |polygon, is_first_band, kept| Entry { polygon, is_first_band, kept };
-        assert_eq!(of(0, 0), (3, [entry(5, true, Some((0, 2)))].to_vec()));
-        assert_eq!(of(0, 1), (7, [entry(1, true, None), entry(2, true, None)].to_vec()));
-        assert_eq!(of(1, 0), (3, [entry(5, false, Some((0, 2)))].to_vec()));
-        assert_eq!(of(1, 1), (7, [entry(2, false, None)].to_vec()));
-        assert_eq!(of(2, 0), (3, [entry(5, false, Some((0, 2)))].to_vec()));
+        let entry = |polygon, is_first_band| Entry { polygon, is_first_band };
+        assert_eq!(of(0, 0), (3, [entry(5, true)].to_vec()));
+        assert_eq!(of(0, 1), (7, [entry(1, true), entry(2, true)].to_vec()));
+        assert_eq!(of(1, 0), (3, [entry(5, false)].to_vec()));
+        assert_eq!(of(1, 1), (7, [entry(2, false)].to_vec()));
+        assert_eq!(of(2, 0), (3, [entry(5, false)].to_vec()));
         assert!(bins.run(2, 1).is_none());
-        assert_eq!((bins.kept(), bins.weight(0), bins.weight(2)), (1, 5, 3));
+        assert_eq!((bins.weight(0), bins.weight(2)), (3, 1));
     }
 }

@@ -14,7 +14,6 @@ use crate::stats::FaceCount;
 use crate::target::{DepthBuffer, Target};
 use crate::tiler::Tiler;
 use crate::tiler::bunch::BUNCH;
-use crate::tiler::keep::Keep;
 
 /// Polygons that are drawn in the same way on canvases of the type `C`; [`Polygons`] is one.
 pub trait Call<C: Canvas>: Sync {
@@ -76,10 +75,6 @@ pub trait Call<C: Canvas>: Sync {
 #[derive(Debug)]
 pub struct Painting<'a> {
     pub(super) tiler: &'a mut Tiler,
-    pub(super) keep: &'a mut Keep,
-    /// Where the numbers begin of those that were kept by the thread that sorted them.
-    pub(super) first_kept: u32,
-    pub(super) band: u32,
     /// Are these the band's first rows?
     pub(super) is_top: bool,
     /// The first polygon of the chunk.
@@ -175,10 +170,10 @@ impl<C: Canvas, B: Batch, P: Paint<C>> Call<C> for Polygons<B, P> {
     }
 
     fn paint(&self, painting: Painting<'_>, canvas: &mut C) {
-        let Painting { tiler, keep, first_kept, band, is_top, first, mut entries } = painting;
+        let Painting { tiler, is_top, first, mut entries } = painting;
         let (mut shader, mut target, mut depth) = self.paint.open(canvas);
         let window = tiler.window(target.size(), depth.as_ref());
-        let mut pass = Pass::Band { keep, first_kept, band, is_top };
+        let mut pass = Pass::Band { is_top };
         let mut take = || {
             let mut some = [Entry::default(); BUNCH];
             let mut count = 0;

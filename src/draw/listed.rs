@@ -20,7 +20,6 @@ use crate::target::{DepthBuffer, Target};
 use crate::tiler::Tiler;
 use crate::tiler::ahead::AHEAD;
 use crate::tiler::bunch::{BUNCH, Several};
-use crate::tiler::keep::{Keep, Kept};
 
 /// Polygons of a batch, [`BUNCH`] at most.
 pub(super) struct Listed<'a, B: ?Sized> {
@@ -37,7 +36,7 @@ const FEW_OF: usize = 4;
 
 /// One after the other.
 static IN_ORDER: [Entry; BUNCH] = {
-    let mut entries = [Entry { polygon: 0, is_first_band: true, kept: None }; BUNCH];
+    let mut entries = [Entry { polygon: 0, is_first_band: true }; BUNCH];
     let mut k = 0;
     while k < BUNCH {
         entries[k].polygon = k;
@@ -61,10 +60,6 @@ pub(super) enum Pass<'a> {
     Only(&'a mut FaceCount),
     /// That over what was sorted into a band.
     Band {
-        keep: &'a mut Keep,
-        /// Where the numbers begin of those that were kept by the thread that sorted them.
-        first_kept: u32,
-        band: u32,
         /// Are these the band's first rows?
         is_top: bool,
     },
@@ -150,28 +145,14 @@ impl<'a, B: Batch + ?Sized> Listed<'a, B> {
                     Pass::Only(_) => None,
                     Pass::Band { .. } => Some(*tiler.stats_mut()),
                 };
-                let outcome = match (entry.kept, &mut *pass) {
-                    (Some((number, last_band)), Pass::Band { keep, first_kept, band, .. }) => {
-                        let kept = Kept { number: *first_kept + number, last_band };
-                        let known = (&mut **keep, kept, *band);
-                        let polygon = batch.polygon(i);
-                        tiler.draw_kept(
-                            &polygon, window, known, shader, target, depth.as_deref_mut(),
-                        );
-                        Outcome::Drawn
-                    }
-                    _ => {
-                        let next = tiler.next::<EIGHT, _, _>(
-                            simd, self, k, window, asked, depth.as_deref_mut(),
-                        );
-                        let depth = depth.as_deref_mut();
-                        tiler.follow(simd, next, self, k, window, shader, target, depth)
-                    }
-                };
+                let next =
+                    tiler.next::<EIGHT, _, _>(simd, self, k, window, asked, depth.as_deref_mut());
+                let drawn = depth.as_deref_mut();
+                let outcome = tiler.follow(simd, next, self, k, window, shader, target, drawn);
                 let stats = tiler.stats_mut();
                 match pass {
                     Pass::Only(faces) => faces.count(stats, outcome, batch.continues(i)),
-                    Pass::Band { is_top, .. } => {
+                    Pass::Band { is_top } => {
                         let Some(Stats { clipped, constant_w, .. }) = before else { continue };
                         // A polygon counts once: what was clipped, when it was sorted.
                         stats.clipped = clipped;

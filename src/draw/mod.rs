@@ -32,7 +32,6 @@ use crate::depth::Occluders;
 use crate::space::PixelRect;
 use crate::stats::Stats;
 use crate::tiler::Tiler;
-use crate::tiler::keep::Keep;
 
 /// Bands for each thread: enough that none has to wait for long at the end.
 const BANDS_PER_THREAD: usize = 8;
@@ -65,7 +64,6 @@ pub struct Frame {
 #[derive(Debug)]
 struct Hand {
     tiler: Tiler,
-    keep: Keep,
     /// While it sorts.
     bins: Bins,
     /// How far it is with what each thread has sorted.
@@ -193,8 +191,7 @@ impl Frame {
     fn prepare(&mut self, threads: usize) {
         while self.workers.len() < threads {
             let tiler = Tiler::new(self.settings.viewport());
-            let (keep, bins) = (Keep::default(), Bins::default());
-            let hand = Hand { tiler, keep, bins, cursors: Vec::new() };
+            let hand = Hand { tiler, bins: Bins::default(), cursors: Vec::new() };
             self.workers.push(run::Worker::new(hand));
             self.bins.push(Bins::default());
         }
@@ -213,10 +210,6 @@ impl Frame {
             *bins = core::mem::take(&mut run::hand(worker).bins);
             bins.finish();
         }
-        let kept = self.bins.iter().map(|bins| bins.kept() as usize).sum();
-        for worker in &mut self.workers {
-            run::hand(worker).keep.reset(kept);
-        }
     }
 
     /// Adds up what the workers have counted.
@@ -224,9 +217,7 @@ impl Frame {
         let mut bytes = self.chunks.capacity() * size_of::<Chunk>() + self.search.bytes();
         self.stats = Stats::default();
         for worker in &mut self.workers {
-            let Hand { tiler, keep, .. } = run::hand(worker);
-            self.stats.add(&tiler.stats());
-            bytes += keep.bytes();
+            self.stats.add(&run::hand(worker).tiler.stats());
         }
         bytes += self.bins.iter().map(Bins::bytes).sum::<usize>();
         self.stats.peak_bytes += bytes as u64;

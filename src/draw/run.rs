@@ -166,34 +166,24 @@ impl<C: Canvas> Painter<'_, C> {
         if let (Some(occluders), Some(call)) = (self.occluders, self.calls.first()) {
             call.limit(&mut canvas, Limits { occluders, row: part.first_row / ROW_STEP });
         }
-        let Hand { tiler, keep, cursors, .. } = hand;
+        let Hand { tiler, cursors, .. } = hand;
         tiler.set_origin(x, y.saturating_add_unsigned(part.first_row));
         cursors.clear();
         cursors.resize(self.bins.len(), 0);
         // Each has its runs in the order of their chunks; so are they all together.
         loop {
-            let mut next: Option<(u32, usize, u32, Entries<'_>)> = None;
-            let mut first_kept = 0;
+            let mut next: Option<(u32, usize, Entries<'_>)> = None;
             for (i, bins) in self.bins.iter().enumerate() {
                 if let Some((chunk, entries)) = bins.run(band, cursors[i])
                     && next.is_none_or(|(least, ..)| chunk < least)
                 {
-                    next = Some((chunk, i, first_kept, entries));
+                    next = Some((chunk, i, entries));
                 }
-                first_kept += bins.kept();
             }
-            let Some((chunk, i, first_kept, entries)) = next else { break };
+            let Some((chunk, i, entries)) = next else { break };
             cursors[i] += 1;
             let Chunk { call, first, .. } = self.chunks[chunk as usize];
-            let painting = Painting {
-                tiler: &mut *tiler,
-                keep: &mut *keep,
-                first_kept,
-                band: u32::try_from(band).unwrap_or(u32::MAX),
-                is_top,
-                first,
-                entries,
-            };
+            let painting = Painting { tiler: &mut *tiler, is_top, first, entries };
             self.calls[call].paint(painting, &mut canvas);
         }
         if let Some(call) = rest {

@@ -27,7 +27,6 @@ use crate::varying::Interpolation;
 pub(crate) mod ahead;
 pub(crate) mod bunch;
 mod hidden;
-pub(crate) mod keep;
 pub(crate) mod occlude;
 mod scan;
 mod settings;
@@ -80,8 +79,6 @@ struct Scratch {
     /// For those to come, while others are cut.
     spare_spans: Vec<Span>,
     gradients: Gradients,
-    /// Are the gradients those of what was taken?
-    is_set_up: bool,
     attributes: LaneMemory,
 }
 
@@ -164,37 +161,6 @@ impl Tiler {
         window: PixelRect,
         shader: &mut S,
         target: &mut T,
-        depth: Option<&mut DepthBuffer<'_>>,
-    ) -> Outcome
-    where
-        V: Polygon + ?Sized,
-        S: Shader,
-        T: Target<Pixel = S::Pixel>,
-    {
-        match self.take_whole(polygon) {
-            Outcome::Drawn => self.draw_taken(polygon, window, shader, target, depth),
-            outcome => outcome,
-        }
-    }
-
-    /// 1 to 4: takes `polygon` into the scratch: clipped, divided, culled.
-    fn take_whole<V: Polygon + ?Sized>(&mut self, polygon: &V) -> Outcome {
-        match self.take(polygon) {
-            Ok(taken) => {
-                (self.scratch.taken, self.scratch.is_set_up) = (taken, false);
-                Outcome::Drawn
-            }
-            Err(outcome) => outcome,
-        }
-    }
-
-    /// Draws what was taken of `polygon`.
-    fn draw_taken<V, S, T>(
-        &mut self,
-        polygon: &V,
-        window: PixelRect,
-        shader: &mut S,
-        target: &mut T,
         mut depth: Option<&mut DepthBuffer<'_>>,
     ) -> Outcome
     where
@@ -202,6 +168,11 @@ impl Tiler {
         S: Shader,
         T: Target<Pixel = S::Pixel>,
     {
+        // 1 to 4: clipped, divided, culled.
+        match self.take(polygon) {
+            Ok(taken) => self.scratch.taken = taken,
+            Err(outcome) => return outcome,
+        }
         if self.hides && self.is_hidden(window, depth.as_deref_mut()) {
             return Outcome::Hidden;
         }
@@ -229,17 +200,8 @@ impl Tiler {
         T: Target<Pixel = S::Pixel>,
     {
         let place = self.placement();
-        let Scratch {
-            given,
-            taken,
-            screen,
-            spans,
-            spare_spans,
-            gradients,
-            attributes,
-            is_set_up,
-            ..
-        } = &mut self.scratch;
+        let Scratch { given, taken, screen, spans, spare_spans, gradients, attributes, .. } =
+            &mut self.scratch;
         let (in_view, positions, taken, patches) = match seen {
             Seen::Spans => (false, given.as_slice(), *taken, None),
             Seen::Small(found, positions, taken) => {
@@ -262,11 +224,8 @@ impl Tiler {
             in_view,
             ..taken.subject(attributes_of, positions, screen, viewport, interpolation, wanted)
         };
-        if !*is_set_up {
-            set_gradients(self.simd.0, gradients, &subject);
-            *is_set_up = true;
-            self.stats.constant_w.count(gradients.constant);
-        }
+        set_gradients(self.simd.0, gradients, &subject);
+        self.stats.constant_w.count(gradients.constant);
 
         // 7. What of it is surely hidden falls out.
         let tested = match depth.as_deref_mut() {

@@ -86,7 +86,7 @@ impl Tiler {
             return None;
         }
         let place = self.placement();
-        let Scratch { given, taken, screen, spans, gradients, is_set_up, .. } = &mut self.scratch;
+        let Scratch { given, taken, screen, spans, gradients, .. } = &mut self.scratch;
         let source = self.depth_test.source;
         let attributes = &AttributesOf(polygon);
         let wanted = Wanted {
@@ -99,7 +99,6 @@ impl Tiler {
         let subject =
             taken.subject(attributes, given, screen, self.viewport, &self.interpolation, wanted);
         set_gradients(self.simd.0, gradients, &subject);
-        *is_set_up = false;
         Some(
             TestedSpans::new(gradients, &subject, place, Counts::default())
                 .occlude(spans, occluders),

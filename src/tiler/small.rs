@@ -360,7 +360,6 @@ impl Tiler {
         };
         let w = range_of(&[given[0][3], given[1][3], given[2][3]]);
         let taken = Taken { exponent, w, seen: found.bounds, whole: true, short: true };
-        self.scratch.is_set_up = false;
         self.fill(polygon, Seen::Small(found, &given, taken), found.into(), shader, target, depth)
     }
 }

@@ -18,8 +18,6 @@ pub(crate) struct Rows {
     /// Of the framebuffer; not empty.
     pub(crate) first: i32,
     pub(crate) last: i32,
-    /// Is its set-up so dear that it is to be kept from band to band?
-    pub(crate) keep: bool,
 }
 
 /// Vertices of a polygon that are looked at here; what has more goes the way of any polygon.
@@ -44,7 +42,7 @@ impl Tiler {
                 Sight::Away => (Outcome::Backface, None),
                 Sight::Nothing => (Outcome::Drawn, None),
                 Sight::Pixels if !self.is_occluded_by(simd, polygon, window, occluders) => {
-                    (Outcome::Drawn, Rows::of(found.bounds.intersect(window), false))
+                    (Outcome::Drawn, Rows::of(found.bounds.intersect(window)))
                 }
                 Sight::Pixels => (Outcome::Hidden, None),
                 _ => self.sort(simd, polygon, window, occluders),
@@ -61,7 +59,7 @@ impl Tiler {
             {
                 (Outcome::Drawn, None)
             }
-            Sight::Pixels => (Outcome::Drawn, Rows::of(found.bounds.intersect(window), false)),
+            Sight::Pixels => (Outcome::Drawn, Rows::of(found.bounds.intersect(window))),
             _ => self.sort(simd, polygon, window, occluders),
         }
     }
@@ -123,7 +121,7 @@ impl Tiler {
             return (Outcome::Hidden, None);
         }
         let bounds = self.bounds_between(low, high);
-        (Outcome::Drawn, Rows::of(bounds.intersect(window), true))
+        (Outcome::Drawn, Rows::of(bounds.intersect(window)))
     }
 
     #[inline(never)]
@@ -133,7 +131,7 @@ impl Tiler {
         window: PixelRect,
     ) -> (Outcome, Option<Rows>) {
         match self.take(polygon) {
-            Ok(taken) => (Outcome::Drawn, Rows::of(taken.seen.intersect(window), true)),
+            Ok(taken) => (Outcome::Drawn, Rows::of(taken.seen.intersect(window))),
             Err(outcome) => (outcome, None),
         }
     }
@@ -215,7 +213,7 @@ pub(super) fn vertex_place<L: Simd, V: Polygon + ?Sized>(
 impl Rows {
     /// Of the pixels `seen`, unless there are none.
     #[inline(always)]
-    fn of(seen: PixelRect, keep: bool) -> Option<Self> {
-        (!seen.is_empty()).then_some(Self { first: seen.y0, last: seen.y1 - 1, keep })
+    fn of(seen: PixelRect) -> Option<Self> {
+        (!seen.is_empty()).then_some(Self { first: seen.y0, last: seen.y1 - 1 })
     }
 }
