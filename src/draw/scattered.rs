@@ -9,6 +9,7 @@ use fearless_simd::dispatch;
 use crate::batch::Batch;
 use crate::space::PixelRect;
 use crate::tiler::Tiler;
+use crate::tiler::bunch::FAR;
 
 /// Below so many pixels, 8 MiB of colours and depths, caches hold enough of them.
 const LEAST_PIXELS: u64 = 1 << 20;
@@ -29,9 +30,6 @@ const STRIDE: u32 = 0x9E37_79B9;
 
 /// Polygons that follow one another are often of one thing: so many later there is another.
 const LATER: usize = 8;
-
-/// Rows between polygons that are far apart.
-const FAR: u32 = 64;
 
 /// A polygon's pixels, times those of the target, from which on sorting wins: 200 of 1920 x 1080.
 const WORTH: u64 = 400_000_000;

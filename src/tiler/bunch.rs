@@ -22,7 +22,7 @@ use crate::polygon::Polygon;
 use crate::space::Viewport;
 
 /// So many rows from one polygon to the next are too many for a cache to hold what lies between.
-pub(super) const FAR: u32 = 64;
+pub(crate) const FAR: u32 = 64;
 
 /// Polygons that are looked at together, at most: so many that those among them that cover pixels fill
 /// lanes.

@@ -183,6 +183,7 @@ fn draw(case: &Case, window: PixelRect, precision: Precision, seen: &mut Seen) {
     let Ok(mut target) = Plane::new(&mut nothing, width, height) else { return };
     let mut tiler = Tiler::new(case.viewport);
     tiler.set_origin(window.x0, window.y0).set_precision(precision);
+    // Not a type of its own, for which drawing would be compiled once more.
     let mut record: &mut dyn FnMut(&Fragment<'_>) = &mut |pixel| {
         seen.places.push([pixel.x(), pixel.y()]);
         seen.numbers.extend([pixel.depth(), pixel.w(), pixel.inv_w()]);
