@@ -1,11 +1,12 @@
 //! Rationals, and their correct rounding to `f32`.
 
-use dashu_int::ops::BitTest;
+use dashu_int::ops::{BitTest, DivRem};
 use dashu_int::{IBig, UBig};
-use dashu_ratio::RBig;
+use dashu_ratio::Relaxed;
 
-/// An exact number.
-pub(crate) type Q = RBig;
+/// An exact number: a fraction that may have common factors, since to look for them takes longer than what they
+/// cost.
+pub(crate) type Q = Relaxed;
 
 /// A finite float, exactly.
 pub(crate) fn q(value: f64) -> Q {
@@ -58,7 +59,7 @@ fn round_magnitude(numerator: &UBig, denominator: &UBig) -> u32 {
         } else {
             d <<= exponent.unsigned_abs() as usize;
         }
-        let (m, rest) = (&n / &d, &n % &d);
+        let (m, rest) = n.div_rem(&d);
         if m >= UBig::from(1_u32 << 24) {
             exponent += 1;
             continue;

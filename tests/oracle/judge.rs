@@ -1,5 +1,7 @@
 //! Compares a picture with the oracles.
 
+use std::cell::LazyCell;
+
 use hyperspan::tiler::Precision;
 
 use super::Poly;
@@ -61,7 +63,7 @@ pub(crate) fn values(view: &View, poly: &Poly, picture: &Picture) -> Result<Comp
     let mut compared = Compared::default();
     for (&(y, x), seen) in picture {
         let at = plane.at(x, y);
-        let across = edges.at(x, y);
+        let across = LazyCell::new(|| edges.at(x, y));
         for number in 0..3 + seen.attributes.len() {
             let (right, drawn) = match number {
                 0 => (at.inv_w(), seen.inv_w),
@@ -69,9 +71,9 @@ pub(crate) fn values(view: &View, poly: &Poly, picture: &Picture) -> Result<Comp
                 2 => (at.depth(), seen.depth),
                 k => (at.attribute(k - 3), seen.attributes[k - 3]),
             };
-            let (right, is_exact) = match (right, &across) {
-                (Right::Is(right), _) => (right, true),
-                (Right::Across, Some(across)) if whole || across.is_sound() => {
+            let right = match right {
+                Right::Is(right) => Some((right, true)),
+                Right::Across => across.as_ref().filter(|a| whole || a.is_sound()).map(|across| {
                     compared.across += 1;
                     let right = match number {
                         0 => across.inv_w(),
@@ -80,11 +82,12 @@ pub(crate) fn values(view: &View, poly: &Poly, picture: &Picture) -> Result<Comp
                         k => across.attribute(k - 3),
                     };
                     (right, whole)
-                }
-                _ => {
-                    compared.left_out += 1;
-                    continue;
-                }
+                }),
+                Right::Anything => None,
+            };
+            let Some((right, is_exact)) = right else {
+                compared.left_out += 1;
+                continue;
             };
             compared.values += 1;
             let given = |i: usize| number < 3 || poly.attributes[i][number - 3] != right;

@@ -172,18 +172,19 @@ impl Plane {
         points.len() == 3 || (0..points.len()).all(|i| off(i).is_none_or(|off| off <= tolerance))
     }
 
-    /// M^-1 p.
+    /// M^-1 p, times det M, so that values are divided by it, and not their parts.
     fn weights(&self, p: &Vector) -> Vector {
-        [0, 1, 2].map(|k| dot(&self.adjugate[k], p) / &self.determinant)
+        [0, 1, 2].map(|k| dot(&self.adjugate[k], p))
     }
 
-    /// Weights that interpolate linearly in the framebuffer, from those at a point with w = 1.
-    fn in_framebuffer(&self, weights: &Vector) -> Vector {
-        [0, 1, 2].map(|k| &weights[k] * &self.positions[self.triple[k]][3])
+    /// 1/w of the plane, from M^-1 p times det M.
+    fn inv_w(&self, [a, b, c]: &Vector) -> Q {
+        (a + b + c) / &self.determinant
     }
 
-    fn sum(&self, weights: &Vector, values: &[Q]) -> Q {
-        sum((0..3).map(|k| &weights[k] * &values[self.triple[k]]))
+    /// The function that is `value` at vertex i and linear in the framebuffer, from the same.
+    fn linear(&self, weights: &Vector, value: impl Fn(usize) -> Q) -> Q {
+        dot(weights, &self.triple.map(value)) / &self.determinant
     }
 
     /// The values at the centre of pixel (`x`, `y`).
@@ -198,7 +199,7 @@ impl Plane {
         ];
         if !self.is_edge_on() {
             let weights = self.weights(&ndc);
-            if &weights[0] + &weights[1] + &weights[2] > Q::ZERO {
+            if self.inv_w(&weights) > Q::ZERO {
                 return At { plane: self, place: Place::Weights(weights) };
             }
         }
@@ -284,7 +285,7 @@ pub(crate) struct At<'a> {
 }
 
 enum Place<'a> {
-    /// M^-1 of the pixel's centre.
+    /// M^-1 of the pixel's centre, times det M.
     Weights(Vector),
     /// The plane is edge-on or 1/w <= 0 here: the nearest clipped vertex.
     Corner(&'a Corner),
@@ -294,7 +295,7 @@ impl At<'_> {
     /// 1/w of the plane, before it is rounded.
     pub(crate) fn exact_inv_w(&self) -> Q {
         let inv_w = match &self.place {
-            Place::Weights(l) => &l[0] + &l[1] + &l[2],
+            Place::Weights(l) => self.plane.inv_w(l),
             Place::Corner(corner) => Q::ONE / &corner.position[3],
         };
         clamp(inv_w, &self.plane.inv_w_range)
@@ -323,10 +324,10 @@ impl At<'_> {
     /// Depth on the plane, before it is rounded.
     pub(crate) fn exact_depth(&self) -> Q {
         let range = self.plane.viewport.depth_range();
-        let values: Vec<Q> =
-            self.plane.positions.iter().map(|p| depth_numerator(range, p)).collect();
         let depth = match &self.place {
-            Place::Weights(l) => self.plane.sum(l, &values),
+            Place::Weights(l) => {
+                self.plane.linear(l, |i| depth_numerator(range, &self.plane.positions[i]))
+            }
             Place::Corner(corner) => depth_numerator(range, &corner.position) / &corner.position[3],
         };
         clamp(depth, &(Q::ZERO, Q::ONE))
@@ -354,9 +355,14 @@ impl At<'_> {
     }
 
     fn mean(&self, values: &[Q], range: &(Q, Q), linear: bool) -> Q {
+        let plane = self.plane;
         let mean = match &self.place {
-            Place::Weights(l) if linear => self.plane.sum(&self.plane.in_framebuffer(l), values),
-            Place::Weights(l) => self.plane.sum(l, values) / (&l[0] + &l[1] + &l[2]),
+            Place::Weights(l) if linear => plane.linear(l, |i| &values[i] * &plane.positions[i][3]),
+            Place::Weights(l) => {
+                // Whatever the weights are times.
+                let [a, b, c] = plane.triple.map(|i| &values[i]);
+                (&l[0] * a + &l[1] * b + &l[2] * c) / (&l[0] + &l[1] + &l[2])
+            }
             Place::Corner(corner) => corner.mean(values, linear),
         };
         clamp(mean, range)
