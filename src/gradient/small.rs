@@ -132,7 +132,7 @@ pub(crate) enum SmallField {
     Linear(Linear, [f32; 2]),
 }
 
-/// By how much the corners of triangles are turned, so that the one with the least x comes first.
+/// By how much the corners of triangles are turned, so that the least one comes first.
 struct Turn<F: Number> {
     by_one: F::Truth,
     by_two: F::Truth,
@@ -141,11 +141,20 @@ struct Turn<F: Number> {
 }
 
 impl<F: Number> Turn<F> {
-    /// Of corners with these x, and whether these alone tell, as they nearly always do.
+    /// Of these corners, in `lanes`, and whether their positions alone tell, as they nearly always do.
     #[inline(always)]
-    fn new([p, q, r]: [F; 3]) -> (Self, F::Truth) {
-        let by_none = p.lt(q) & p.lt(r);
-        let (by_one, by_two) = (q.lt(r) & q.lt(p), r.lt(p) & r.lt(q));
+    fn new(corners: &[[F; 4]; 3], lanes: u8) -> (Self, F::Truth) {
+        let (turn, known) = Self::by_axes::<1>(corners);
+        // Edges that are upright in the picture have ends of the same x.
+        if F::bits(known) & lanes == lanes { (turn, known) } else { Self::by_axes::<4>(corners) }
+    }
+
+    /// By the first `AXES` of x, y, z and w.
+    #[inline(always)]
+    fn by_axes<const AXES: usize>([p, q, r]: &[[F; 4]; 3]) -> (Self, F::Truth) {
+        let by_none = is_less::<F, AXES>(p, q) & is_less::<F, AXES>(p, r);
+        let by_one = is_less::<F, AXES>(q, r) & is_less::<F, AXES>(q, p);
+        let by_two = is_less::<F, AXES>(r, p) & is_less::<F, AXES>(r, q);
         let any = F::bits(by_one | by_two) != 0;
         (Self { by_one, by_two, any }, by_none | by_one | by_two)
     }
@@ -202,14 +211,14 @@ impl SmallSetups {
         viewport: Viewport,
     ) {
         let given = corners.load::<F>(level);
-        let (turn, by_x) = Turn::new([given[0][0], given[1][0], given[2][0]]);
+        let (turn, turned) = Turn::new(&given, lanes);
         let [a, b, c] = turn.turned_positions(given);
         let low = a[3].lesser(b[3]).lesser(c[3]);
         let high = a[3].greater(b[3]).greater(c[3]);
         let projection = corners.projection::<F>(level, viewport);
         let Reach { u: reach, .. } = corners.reach(level);
         let (view, good) = View::new(&projection, [a, b, c], [low, high], reach, viewport);
-        self.usual = F::bits(good & by_x) & moderate(&[a, b, c], low, high);
+        self.usual = F::bits(good & turned) & moderate(&[a, b, c], low, high);
         let q = view.unit_q;
         let divided = self.set_q(q);
         let range = viewport.depth_range();
@@ -340,6 +349,16 @@ impl SmallSetups {
     pub(crate) fn bytes(&self) -> usize {
         self.attributes.capacity() * size_of::<AttributeLanes>()
     }
+}
+
+/// Does `p` come before `q`, by the first `AXES` of its coordinates?
+#[inline(always)]
+fn is_less<F: Number, const AXES: usize>(p: &[F; 4], q: &[F; 4]) -> F::Truth {
+    let mut less = p[AXES - 1].lt(q[AXES - 1]);
+    for i in (0..AXES - 1).rev() {
+        less = p[i].lt(q[i]) | p[i].eq(q[i]) & less;
+    }
+    less
 }
 
 #[inline(always)]
