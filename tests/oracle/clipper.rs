@@ -4,7 +4,7 @@ use hyperspan::space::{DepthRange, Viewport};
 
 use super::Poly;
 use super::coverage::GUARD;
-use super::exact::{Q, approximate, fraction, q, sum};
+use super::exact::{Q, approximate, fraction, q, reduced, sum};
 
 /// A vertex of a clipped polygon.
 #[derive(Clone, Debug)]
@@ -65,7 +65,7 @@ fn cut(corners: &[Corner], plane: &[Q; 4]) -> Vec<Corner> {
             kept.push(from.clone());
         }
         if (d0 < Q::ZERO && d1 > Q::ZERO) || (d0 > Q::ZERO && d1 < Q::ZERO) {
-            kept.push(between(from, to, &(&d0 / (&d0 - &d1))));
+            kept.push(between(from, to, &reduced(&d0 / (&d0 - &d1))));
         }
     }
     kept
@@ -73,11 +73,13 @@ fn cut(corners: &[Corner], plane: &[Q; 4]) -> Vec<Corner> {
 
 /// The point at `t` of the way.
 fn between(from: &Corner, to: &Corner, t: &Q) -> Corner {
+    // The next plane goes on from here.
+    let mix = |a: &Q, b: &Q, t: &Q| reduced(mix(a, b, t));
     let position = [0, 1, 2, 3].map(|i| mix(&from.position[i], &to.position[i], t));
     let (w0, w1) = (&from.position[3], &to.position[3]);
     let seen = *w0 > Q::ZERO && *w1 > Q::ZERO;
     // In the framebuffer, the point w0 (1 - t) : w1 t.
-    let s = if seen { t * w1 / mix(w0, w1, t) } else { t.clone() };
+    let s = if seen { reduced(t * w1 / mix(w0, w1, t)) } else { t.clone() };
     let all = |a: &[Q], b: &[Q], t: &Q| a.iter().zip(b).map(|(a, b)| mix(a, b, t)).collect();
     Corner {
         position,

@@ -4,8 +4,8 @@ use dashu_int::ops::{BitTest, DivRem};
 use dashu_int::{IBig, UBig};
 use dashu_ratio::Relaxed;
 
-/// An exact number: a fraction that may have common factors, since to look for them takes longer than what they
-/// cost.
+/// An exact number: a fraction that may have common factors, since to look for them at every step takes longer than
+/// what they cost. See [`reduced`].
 pub(crate) type Q = Relaxed;
 
 /// A finite float, exactly.
@@ -16,6 +16,11 @@ pub(crate) fn q(value: f64) -> Q {
 /// `numerator / denominator`, exactly.
 pub(crate) fn fraction(numerator: i64, denominator: i64) -> Q {
     Q::from_parts_signed(IBig::from(numerator), IBig::from(denominator))
+}
+
+/// The same number without common factors: for what goes on from one to the next, and would grow.
+pub(crate) fn reduced(value: Q) -> Q {
+    value.canonicalize().relax()
 }
 
 /// The sum of some exact numbers.
