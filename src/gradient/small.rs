@@ -375,3 +375,45 @@ pub(super) fn moderate<F: Number>([a, b, c]: &[[F; 4]; 3], low: F, high: F) -> u
     let moderate = low.like(MODERATE[0]).le(high) & high.lt(low.like(MODERATE[1]));
     F::bits(finite & moderate)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Attributes;
+    use super::super::triple::choose;
+    use super::*;
+
+    struct Bare;
+
+    impl Attributes for Bare {
+        fn attribute(&self, _i: usize, _k: usize) -> f32 {
+            0.0
+        }
+
+        fn count(&self) -> usize {
+            0
+        }
+
+        fn gather(&self, _count: usize, _out: &mut Vec<f32>) {}
+    }
+
+    /// Where edges are upright, and whatever else corners have in common: the least comes first, as in triangles
+    /// that are set up alone, and it is known which that is unless there are two of it.
+    #[test]
+    fn turns_begin_with_the_least_corner() {
+        // Each of three corners has one of three values on each axis.
+        for which in 0..3_usize.pow(12) {
+            let value = |k: u32| (which / 3_usize.pow(k) % 3) as f64 - 1.0;
+            let corner =
+                |i: u32| [value(4 * i), value(4 * i + 1), value(4 * i + 2), value(4 * i + 3)];
+            let corners = [corner(0), corner(1), corner(2)];
+            let (turn, known) = Turn::<f64>::new(&corners, 1);
+            let first = choose(&corners, &Bare)[0];
+            let twice = corners.iter().filter(|corner| **corner == corners[first]).count() > 1;
+            assert_eq!(known, !twice, "{corners:?}");
+            if known {
+                let expected = [corners[first], corners[(first + 1) % 3], corners[(first + 2) % 3]];
+                assert_eq!(turn.turned_positions(corners), expected);
+            }
+        }
+    }
+}
