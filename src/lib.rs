@@ -73,6 +73,7 @@ mod doubt;
 mod along;
 mod within;
 mod patch;
+mod packed;
 mod in_view;
 mod span;
 mod tested;

@@ -91,25 +91,6 @@ impl Patches {
         Some(Self { first, columns: width, rows, pixels_of_box, count, masks: [0; MOST] })
     }
 
-    /// Covers a run of pixels, if it lies in the box: columns `start` to `end`, without the last, of
-    /// row `row` of the framebuffer.
-    #[inline(always)]
-    pub(crate) fn cover_run(&mut self, row: i32, start: i32, end: i32) {
-        let [x, y] = self.first;
-        let (start, end) = (start.wrapping_sub(x), end.wrapping_sub(x));
-        let row = row.wrapping_sub(y).cast_unsigned() as usize;
-        let rows = usize::from(self.rows.max(1));
-        let lane = (row % rows) as u32 * u32::from(self.columns);
-        if let Some(mask) = self.masks.get_mut(row / rows)
-            && 0 <= start
-            && start < end
-            && end <= i32::from(self.columns)
-        {
-            let run = (1_u32 << end) - (1_u32 << start);
-            *mask |= (run << lane) as u16;
-        }
-    }
-
     /// Is there but one pixel in the box?
     #[inline(always)]
     pub(crate) fn is_pixel(&self) -> bool {
@@ -221,6 +202,11 @@ impl Patches {
         let Self { first: [x, y], columns, rows, .. } = *self;
         let above = i as i32 * i32::from(rows);
         Patch { first: [x, y.wrapping_add(above)], columns, mask: self.masks[i] }
+    }
+
+    /// Those that cover anything.
+    pub(crate) fn covered(&self) -> impl Iterator<Item = Patch> {
+        (0..self.count()).map(|i| self.patch(i)).filter(|patch| patch.mask != 0)
     }
 
     /// How many there are; some may cover nothing.

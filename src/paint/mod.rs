@@ -21,7 +21,7 @@ use crate::edge::Span;
 use crate::gradient::Quantity;
 use crate::gradient::enclosure::Enclosure;
 use crate::lanes::{Narrow, bits_of};
-use crate::patch::Patches;
+use crate::patch::Patch;
 use crate::row::AlongSpans;
 use crate::settle::Walked;
 use crate::shade::{BLOCK, Block, Inputs, Shader};
@@ -34,9 +34,9 @@ use crate::target::{DepthBuffer, Target};
 pub(crate) enum Covered<'a> {
     /// And what their depths lie between, if there may be rows that have not been cleared.
     Spans(&'a [Span], Option<Enclosure>),
-    Patches(&'a Patches),
+    Patches(&'a [Patch]),
     /// The same pixels in either way: by their patches, unless attributes need spans.
-    Packed(&'a Patches, &'a [Span]),
+    Packed(&'a [Patch], &'a [Span]),
 }
 
 /// Where a polygon's pixels are drawn, and how.

@@ -2,8 +2,9 @@
 
 use fearless_simd::Simd;
 
-use super::{BlockAt, Canvas, passing_lanes, quantity_of};
-use crate::patch::{Patch, Patches};
+use super::small::test_pixels;
+use super::{BlockAt, Canvas, quantity_of};
+use crate::patch::Patch;
 use crate::shade::{BLOCK, Shader};
 use crate::span::{InPatch, Values, Walker};
 use crate::target::{DepthBuffer, Target};
@@ -15,23 +16,19 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
     pub(super) fn paint_patches<L: Simd>(
         &mut self,
         walker: &mut Walker<'_, L, InPatch<L>>,
-        patches: &Patches,
+        patches: &[Patch],
         mut depth: Option<&mut DepthBuffer<'_>>,
     ) -> bool {
         let (origin, test) = (self.brush.place.origin, self.brush.place.test);
         let mut needs_no_spans = S::INPUTS.attributes == 0;
-        for i in 0..patches.count() {
-            let patch = patches.patch(i);
+        for patch in patches.iter().copied() {
             let Patch { first, columns, mut mask, .. } = patch;
-            if mask == 0 {
-                continue;
-            }
             walker.seek(patch);
-            if let Some(buffer) = depth.as_deref() {
+            if let Some(buffer) = depth.as_deref_mut() {
                 let found = self.brush.lanes.of_mut(test.source);
                 walker.evaluate(quantity_of(test.source), None, mask, found);
-                let stored = stored_depths(buffer, patch, origin);
-                mask &= passing_lanes(walker.simd, test.compare, found, &stored);
+                // What passes is stored once it is known that no spans are needed.
+                mask = test_pixels(buffer, patch, &self.brush.place, found, false);
             }
             if mask == 0 {
                 continue;
@@ -58,40 +55,4 @@ impl<S: Shader, T: Target<Pixel = S::Pixel>> Canvas<'_, S, T> {
         }
         true
     }
-}
-
-/// The depths stored at the covered lanes of `patch`, where they are in the buffer.
-#[inline(always)]
-fn stored_depths(buffer: &DepthBuffer<'_>, patch: Patch, origin: [i32; 2]) -> [f32; BLOCK] {
-    let columns = usize::from(patch.columns);
-    let [x, y] = patch.place(0, origin);
-    let (width, height) = buffer.dimensions();
-    // Rows one after the other, each over the end of the one before.
-    let mut stored = [0.0; 2 * BLOCK];
-    let inside = u64::from(x) + 16 <= u64::from(width) && u64::from(y) + 16 <= u64::from(height);
-    // The smallest have no more than two rows. Where others end is nothing that could be predicted.
-    let needed = BLOCK - patch.mask.leading_zeros() as usize;
-    let end = if needed <= 2 * columns { BLOCK.min(2 * columns) } else { BLOCK };
-    let mut lane = 0;
-    if inside {
-        let mut y = y;
-        while lane < end {
-            let start = x as usize;
-            stored[lane..lane + BLOCK].copy_from_slice(&buffer.row(y)[start..start + BLOCK]);
-            lane += columns;
-            y += 1;
-        }
-    } else {
-        // Near the buffer's end, or beyond it on any side.
-        while lane < end {
-            let [x, y] = patch.place(lane, origin);
-            if x < width && y < height {
-                stored[lane] = buffer.row(y)[x as usize];
-            }
-            lane += 1;
-        }
-    }
-    let mut whole = [0.0; BLOCK];
-    whole.copy_from_slice(&stored[..BLOCK]);
-    whole
 }

@@ -11,7 +11,9 @@ use crate::divide::ScreenVertex;
 use crate::edge::{Outline, Span};
 use crate::gradient::{AttributesOf, Gradients, Subject, Wanted};
 use crate::in_view::InView;
+use crate::packed::pack;
 use crate::paint::{Covered, Placement, paint};
+use crate::patch::Patch;
 use crate::placed::Constants;
 use crate::polygon::Polygon;
 use crate::settle::Walked;
@@ -37,9 +39,12 @@ mod tiles;
 pub use settings::{Cull, Precision};
 
 use bunch::{Asked, Bunch, One};
-use scan::{Counts, Taken, may_be_packed, pack};
+use scan::{Counts, Taken, may_be_packed};
 use small::Next;
 use tiles::TestedSpans;
+
+/// Short spans are drawn by patches if they have so many pixels at most, on the average.
+const PACKED: u64 = 8;
 
 /// A clear is put off for polygons of which a span has so many pixels, on the average.
 const LONG: u64 = 512;
@@ -78,6 +83,8 @@ struct Scratch {
     spans: Vec<Span>,
     /// For those to come, while others are cut.
     spare_spans: Vec<Span>,
+    /// The same pixels, or those of a small polygon, if they are drawn so.
+    patches: Vec<Patch>,
     gradients: Gradients,
     attributes: LaneMemory,
 }
@@ -200,12 +207,23 @@ impl Tiler {
         T: Target<Pixel = S::Pixel>,
     {
         let place = self.placement();
-        let Scratch { given, taken, screen, spans, spare_spans, gradients, attributes, .. } =
-            &mut self.scratch;
-        let (in_view, positions, taken, patches) = match seen {
-            Seen::Spans => (false, given.as_slice(), *taken, None),
+        let Scratch {
+            given,
+            taken,
+            screen,
+            spans,
+            spare_spans,
+            patches,
+            gradients,
+            attributes,
+            ..
+        } = &mut self.scratch;
+        let (is_small, positions, taken) = match seen {
+            Seen::Spans => (false, given.as_slice(), *taken),
             Seen::Small(found, positions, taken) => {
-                (true, positions.as_slice(), taken, Some(&found.patches))
+                patches.clear();
+                patches.extend(found.patches.covered());
+                (true, positions.as_slice(), taken)
             }
         };
 
@@ -221,7 +239,7 @@ impl Tiler {
         let (viewport, interpolation) = (self.viewport, self.interpolation.as_slice());
         let attributes_of = &AttributesOf(polygon);
         let subject = Subject {
-            in_view,
+            in_view: is_small,
             ..taken.subject(attributes_of, positions, screen, viewport, interpolation, wanted)
         };
         set_gradients(self.simd.0, gradients, &subject);
@@ -229,7 +247,7 @@ impl Tiler {
 
         // 7. What of it is surely hidden falls out.
         let tested = match depth.as_deref_mut() {
-            Some(buffer) if patches.is_none() && buffer.has_bounds() => {
+            Some(buffer) if !is_small && buffer.has_bounds() => {
                 let tested = TestedSpans::new(gradients, &subject, place, counts);
                 if self.hides && tested.hide(spans, spare_spans, buffer) {
                     return Outcome::Hidden;
@@ -240,15 +258,18 @@ impl Tiler {
         };
 
         // 8. Spans: the X loop, depth, shader and target, block by block.
-        let packed = match patches {
-            None if may_be_packed(gradients) => pack(spans, taken.seen, place.corner),
-            _ => None,
-        };
+        let is_packed = !is_small
+            && taken.short
+            && counts.pixels <= PACKED * counts.spans
+            && may_be_packed(gradients);
+        if is_packed {
+            pack(spans, place.corner, patches);
+        }
         let mut unclear = None;
         let rows = place.rows(counts.within);
         if let Some(buffer) = depth.as_deref_mut().filter(|buffer| buffer.may_be_unclear(rows)) {
             // Short pieces in many rows are all over memory: that is faster cleared from end to end.
-            let is_long = packed.is_none() && counts.pixels >= LONG * counts.spans;
+            let is_long = counts.pixels >= LONG * counts.spans;
             let passes = is_long && S::KEEPS_ALL && place.test.write && buffer.is_unclear(rows);
             unclear = tested.as_ref().filter(|_| passes).map(|tested| tested.depths);
             if unclear.is_none() {
@@ -256,10 +277,10 @@ impl Tiler {
             }
         }
         let walked = Walked::new(&subject, gradients, &mut self.clipper);
-        let covered = match (patches, &packed) {
-            (Some(patches), _) => Covered::Patches(patches),
-            (None, Some(packed)) => Covered::Packed(packed, spans),
-            (None, None) => Covered::Spans(spans, unclear),
+        let covered = match (is_small, is_packed) {
+            (true, _) => Covered::Patches(patches),
+            (false, true) => Covered::Packed(patches, spans),
+            (false, false) => Covered::Spans(spans, unclear),
         };
         let drawn = depth.as_deref_mut();
         let (shaded, exact_values) =
@@ -315,6 +336,7 @@ impl Scratch {
             + self.screen.capacity() * size_of::<ScreenVertex>()
             + self.outline.bytes()
             + (self.spans.capacity() + self.spare_spans.capacity()) * size_of::<Span>()
+            + self.patches.capacity() * size_of::<Patch>()
             + self.gradients.bytes()
             + self.attributes.bytes()
     }

@@ -9,7 +9,6 @@ use crate::divide::{ScreenVertex, divide, snapped_area};
 use crate::edge::Span;
 use crate::fixed::{exponent_of, power_of_two};
 use crate::gradient::{Attributes, Field, Gradients, Subject, Wanted};
-use crate::patch::Patches;
 use crate::polygon::Polygon;
 use crate::space::{PixelRect, Viewport};
 use crate::varying::Interpolation;
@@ -202,16 +201,6 @@ fn moderate(positions: &mut [[f64; 4]], exponent: i32) -> i32 {
         *component = *component * first * second;
     }
     exponent
-}
-
-/// The patches of a narrow polygon, whose rows would leave most lanes of their blocks empty.
-#[inline(always)]
-pub(super) fn pack(spans: &[Span], seen: PixelRect, corner: [i32; 2]) -> Option<Patches> {
-    let mut patches = Patches::of(seen)?;
-    for span in spans {
-        patches.cover_run(span.row + corner[1], span.start + corner[0], span.end + corner[0]);
-    }
-    Some(patches)
 }
 
 /// Can all but the attributes be found without spans?
