@@ -18,7 +18,7 @@ use crate::shade::BLOCK;
 use crate::space::PixelRect;
 
 /// Patches of a polygon, at most.
-pub(crate) const MOST: usize = 8;
+pub(crate) const MOST: usize = 16;
 
 /// The covered pixels of a small polygon.
 #[derive(Clone, Copy, Debug, Default)]
@@ -217,7 +217,7 @@ impl Patches {
 }
 
 /// An edge function, over a pixel's side: not negative at the centres on the inner side. Of a
-/// polygon that has patches, no number here reaches 2^30.
+/// polygon that has patches, no number here reaches 2^28.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
     /// At the first pixel's centre, rounded down.
