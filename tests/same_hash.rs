@@ -32,6 +32,8 @@ const HASHES: &[(&str, u64, u64)] = &[
     ("layers_btf", 0xa94c7d17078a402f, 0x92c5e9cb0cf4d9cf),
     ("ngons", 0x8cf6272ca3494ed1, 0xebbcedd7c0bb5023),
     ("clip", 0x1840da2dd0a40f1b, 0xb1316d1beb78e075),
+    ("hairs", 0x99ca5627a945485e, 0x54fd7c84987228a6),
+    ("boxes", 0xba7b8490739351f6, 0x572229f4ba2425a5),
     ("board", 0x6c863734eaff9e00, 0xf18c838ef7cd9972),
 ];
 

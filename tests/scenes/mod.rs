@@ -76,6 +76,8 @@ pub(crate) fn all(size: (u32, u32)) -> Vec<Scene> {
         large::layers_btf(size),
         small::ngons(size),
         small::clip(size),
+        small::hairs(size),
+        small::boxes(size),
         large::board(size),
     ]
 }

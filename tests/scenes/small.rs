@@ -80,6 +80,56 @@ pub(super) fn soup(size: (u32, u32)) -> Scene {
     scene
 }
 
+/// 60,000 triangles of a pixel's width, and 20 to 100 pixels long, that stand up and lean over.
+pub(super) fn hairs(size: (u32, u32)) -> Scene {
+    let view = View::ahead(0.5, 200.0);
+    let mut scene = Scene::new("hairs", size, &view);
+    let mut random = Random(9);
+    for _ in 0..in_proportion(size, 60_000) {
+        let depth = random.between(2.0, 100.0);
+        let x = random.between(6.0, f64::from(size.0) - 6.0);
+        let y = random.between(6.0, f64::from(size.1) - 6.0);
+        let length = random.between(20.0, 100.0);
+        let [up, aside] = turn(random.between(-0.8, 0.8));
+        let tip = [x + length * aside, y - length * up];
+        let place = |at: [f64; 2], depth: f64| view.at(size, at, depth);
+        let corners = [
+            (place([x - 0.75, y], depth), random.colour()),
+            (place([x + 0.75, y], depth), random.colour()),
+            (place(tip, depth * random.between(0.8, 1.25)), random.colour()),
+        ];
+        scene.face(Look::Coloured, &corners);
+    }
+    scene
+}
+
+/// 12,500 boxes of a few pixels, in rows, seen by a camera that does not roll: their upright edges are upright in
+/// the picture. Two triangles for each of four sides.
+pub(super) fn boxes(size: (u32, u32)) -> Scene {
+    let view = View::turned([0.3, 14.0, 6.0], 5.0, -15.0);
+    let mut scene = Scene::new("boxes", size, &view);
+    let mut random = Random(10);
+    let side = (in_proportion(size, 12_500) as f64).sqrt() as usize;
+    for i in 0..side * side {
+        let (column, row) = ((i % side) as f64, (i / side) as f64);
+        let [x, z] = [column - side as f64 / 2.0, -row];
+        let height = random.between(0.4, 3.0);
+        // Round the box, then its lid.
+        let around = [[0.0, 0.0], [0.7, 0.0], [0.7, -0.7], [0.0, -0.7]];
+        let corner = |k: usize, y: f64| [x + around[k % 4][0], y, z + around[k % 4][1]];
+        let sides = [0, 1, 3].map(|k| {
+            [corner(k, 0.0), corner(k + 1, 0.0), corner(k + 1, height), corner(k, height)]
+        });
+        let lid = [0, 1, 2, 3].map(|k| corner(k, height));
+        for side in sides.into_iter().chain([lid]) {
+            let side = side.map(|place| (place, random.colour()));
+            scene.face(Look::Coloured, &[side[0], side[1], side[2]]);
+            scene.face(Look::Coloured, &[side[0], side[2], side[3]]);
+        }
+    }
+    scene
+}
+
 /// 20,000 flat polygons of 3 to 12 vertices and 400 pixels.
 pub(super) fn ngons(size: (u32, u32)) -> Scene {
     let view = View::ahead(0.5, 200.0);
