@@ -1,6 +1,6 @@
 //! The X loop: from places in the framebuffer to blocks of values.
 //!
-//! A block is 16 pixels of one row, or a patch of a small triangle; a value is a function of its
+//! A block is 16 pixels of one row, or a patch; a value is a function of its
 //! pixel alone, so that neither blocks nor the number of lanes at a time can change a bit. A
 //! pixel costs the common denominator Q and one reciprocal, and for each attribute a numerator
 //! and a multiplication; none where 1/w does not change.

@@ -1,4 +1,4 @@
-//! Blocks of small triangles: patches of a few columns and rows.
+//! Blocks of small triangles, and of short spans: patches of a few columns and rows.
 
 use fearless_simd::Simd;
 

@@ -1,5 +1,4 @@
-//! Any polygon, up to its spans, and to patches if it is narrow: taken in, clipped, divided, culled,
-//! scan-converted.
+//! Any polygon, up to its spans: taken in, clipped, divided, culled, scan-converted.
 
 use alloc::vec::Vec;
 
