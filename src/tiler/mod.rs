@@ -258,6 +258,7 @@ impl Tiler {
         };
 
         // 8. Spans: the X loop, depth, shader and target, block by block.
+        // Only what is found lane by lane has the same bits in patches, whatever a window leaves of its spans.
         let is_packed = !is_small
             && taken.short
             && counts.pixels <= PACKED * counts.spans
